@@ -42,6 +42,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.words.data_type import Delivery, MosaicDataType
     from mosaic_core.words.delivery import DeliveryContract
     from mosaic_core.words.errors import ConfigError, DeviceGone, MosaicError, PluginError
+    from mosaic_core.words.safety_config import FieldBounds
 
     AMediaTrackHandler = MediaTrackHandler
     """MOSAIC's own name for :class:`MediaTrackHandler`."""
@@ -72,6 +73,7 @@ __all__ = [
     "DeliveryContract",
     "DeviceGone",
     "EncodingParams",
+    "FieldBounds",
     "Handler",
     "MediaTrackConfigurer",
     "MediaTrackHandler",
@@ -96,7 +98,7 @@ __all__ = [
 
 _PLACES = ("contract.configurer", "contract.handler", "contract.hooks", "contract.host", "contract.media",
            "contract.params", "contract.request_handler", "contract.sound",
-           "words.data_type", "words.delivery", "words.errors",
+           "words.data_type", "words.delivery", "words.errors", "words.safety_config",
            "runtime.configuration.resolver", "runtime.configuration.auto_configurer",
            "cli.robot.run_command")  # fmt: skip
 _OLD_NAMES = {"AMediaTrackHandler": "MediaTrackHandler"}

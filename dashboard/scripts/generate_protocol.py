@@ -25,8 +25,8 @@ from pydantic.json_schema import models_json_schema
 
 from mosaic_core.machines.delivery import framing, reassembly
 from mosaic_core.messages import STANDARD_MESSAGES
-from mosaic_core.words import codes, control, data_type, original_types, signaling, timeline
-from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry, WidgetModule
+from mosaic_core.words import catalogue, codes, control, data_type, original_types, signaling, timeline
+from mosaic_core.words.catalogue import WIDGET_HINTS, Catalogue, CatalogueEntry, ChannelEntry, WidgetModule
 from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.finding import Finding
 from mosaic_core.words.ice import IceServer
@@ -299,6 +299,7 @@ def _tables() -> str:
         + _dictionary(signaling, "ALIASES", signaling.ALIASES, "Record<string, keyof SignalingMessages>")
         + _dictionary(signaling, "EXTENSIONS", signaling.EXTENSIONS, "Record<string, number>")
         + _dictionary(control, "CONTROL_EXTENSIONS", control.CONTROL_EXTENSIONS, "Record<string, number>")
+        + f"{_said(catalogue, 'WIDGET_HINTS')}export const WIDGET_HINTS = [{', '.join(map(_literal, WIDGET_HINTS))}] as const\n"
         + f"{_said(timeline, 'Moment')}export type Moment = {' | '.join(map(_literal, MOMENT_TITLES))}\n"
         + _dictionary(timeline, "MOMENT_TITLES", MOMENT_TITLES, "Record<Moment, string>")
     )

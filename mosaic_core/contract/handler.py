@@ -15,12 +15,21 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 from pydantic import BaseModel
 
 from mosaic_core.contract.data_tap import DataTap
-from mosaic_core.contract.declarations import check_bodies, check_fields, check_media_delivery
+from mosaic_core.contract.declarations import (
+    check_bodies,
+    check_fields,
+    check_limits,
+    check_lists,
+    check_media_delivery,
+    check_resource,
+    check_timeout,
+    check_widget,
+)
 from mosaic_core.contract.declared_message import DeclaredMessage
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
-from mosaic_core.contract.message_fields import field_paths
+from mosaic_core.contract.message_fields import MessageFields, message_fields
 from mosaic_core.contract.params import Message
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
@@ -29,6 +38,7 @@ from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.errors import Refused as Refused
 from mosaic_core.words.limits import MOTION_KINDS, MotionKind
+from mosaic_core.words.safety_config import FieldBounds
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
@@ -125,7 +135,8 @@ class Handler:
     """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
     ``watched`` body of the connector's first handler."""
     widget: ClassVar[str | None] = None
-    """The widget that shows it best; a hint for the dashboard. One that a distribution ships is named with its module:
+    """The widget that shows it best, a hint for the dashboard: one of
+    :data:`~mosaic_core.words.catalogue.WIDGET_HINTS`, or one that a distribution ships, which is named with its module:
     ``acme-arm/ArmPanel``."""
     data_type: MosaicDataType
 
@@ -140,6 +151,7 @@ class Handler:
             check_bodies(cls, _BODIES)
             if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
                 check_media_delivery(cls, cls.delivery)
+            check_widget(cls, cls.widget)
 
     def bind(self, host: HandlerHost) -> None:
         """Called once by the runtime (or the test kit) before the handler runs."""
@@ -226,13 +238,13 @@ def message_type_of(handler: type) -> Any:
     return dict[str, Any]
 
 
-def _moving_numbers(message_type: Any, kind: MotionKind) -> tuple[str, ...]:
-    """The dotted paths of the numbers that a message says are of this kind; of lists nothing can be limited."""
+def _moving_numbers(message_type: Any, fields: MessageFields, kind: MotionKind) -> tuple[str, ...]:
+    """The fields that a message says are of this kind; of a list of positions ``path.*``."""
     if not (isinstance(message_type, type) and issubclass(message_type, Message)):
         return ()
+    lists = {one.path: one.every for one in fields.lists} if kind == "position" else {}
     paths = [path for path, its in message_type.motion_kinds.items() if its == kind]
-    known = field_paths(message_type.model_json_schema()) if paths else ()
-    return tuple(path for path in paths if path in known)
+    return tuple(lists.get(path, path) for path in paths if path in fields.numbers or path in lists)
 
 
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
@@ -322,6 +334,14 @@ class DataChannelReceivable(Handler, Generic[T]):
     requires_lease: bool = False
     """Take messages only from the operator who holds the lease of ``safety.resource``; ``safety.requires_lease`` in
     the YAML file overrides it."""
+    resource: str = "motion"
+    """Whose lease that is: a name of your own separates an arm. ``safety.resource`` in the YAML file overrides it."""
+    limits: Mapping[str, FieldBounds] = {}
+    """How far and how fast the numbers of its messages may go, by field, as ``safety.limits`` in the YAML file, which
+    overrides each bound that it says: ``{"positions.shoulder": FieldBounds(min=-1.5, max=1.5)}``."""
+    item_names: Sequence[str] = ()
+    """The names that its messages' lists may have (:attr:`Message.keyed_by`), such as those of the joints; set it in
+    the class or in ``__init__``. A message with another name is refused, and so is a limit. Empty: nobody knows."""
     motion_fields: ClassVar[tuple[str, ...]] = ()
     """Dotted paths of the numbers in its JSON message that mean motion and are 0 at a standstill (``"linear.x"``). The
     framework slows them down on a bad link, and sends zeros nobody needs no further. Where none are named: those that
@@ -329,7 +349,7 @@ class DataChannelReceivable(Handler, Generic[T]):
     position_fields: ClassVar[tuple[str, ...]] = ()
     """Dotted paths of the numbers in its JSON message that mean a position: 0 is a place like any other. On a bad link
     the framework slows their change down and never scales the position itself. Where none are named: the numbers that
-    its message says are positions."""
+    its message says are positions. In a list ``"positions.shoulder"``, or ``"positions.*"`` for all."""
     takes_observers: ClassVar[bool] = False
     """Messages of operators who may only observe are refused, unless this is true."""
 
@@ -352,7 +372,8 @@ class DataChannelReceivable(Handler, Generic[T]):
         """
 
     def reported_position(self, field: str) -> float | None:
-        """Where the position field ``field`` is now, in the unit of the message; ``None``: not known now.
+        """Where the position field ``field`` is now, in the unit of the message; ``None``: not known now. For a number
+        in a list the field is that of one number: ``"positions.shoulder"``, ``"positions.0"``.
 
         A limited rate begins there. Asked before the first command, the first after a safe action, and the first after
         a second without any; in between the position that was sent last counts. Runs where ``handle_data`` runs, just
@@ -367,13 +388,25 @@ class DataChannelReceivable(Handler, Generic[T]):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.data_type = _data_type_of(cls, "u2r")
+        check_lists(cls, message_type_of(cls))
+        fields = _fields_of(cls)
         named = {name for one in cls.__mro__ if one is not DataChannelReceivable for name in vars(one)}
-        velocities, positions = (_moving_numbers(message_type_of(cls), kind) for kind in MOTION_KINDS)
+        velocities, positions = (_moving_numbers(message_type_of(cls), fields, kind) for kind in MOTION_KINDS)
         if velocities and "motion_fields" not in named:
             cls.motion_fields = tuple(one for one in velocities if one not in cls.position_fields)
         if positions and "position_fields" not in named:
             cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
-        check_fields(cls, message_type_of(cls), cls.motion_fields, cls.position_fields)
+        check_fields(cls, fields, cls.motion_fields, cls.position_fields)
+        check_limits(cls, fields, cls.limits, cls.motion_fields, cls.position_fields)
+        check_resource(cls, cls.resource)
+        is_written = cls.make_safe is not DataChannelReceivable.make_safe
+        check_timeout(cls, cls.timeout_s, has_safe_action=is_written)
+
+
+def _fields_of(receiver: type[DataChannelReceivable[Any]]) -> MessageFields:
+    """What its messages have, as far as its class says."""
+    used = (*receiver.motion_fields, *receiver.position_fields, *receiver.limits)
+    return message_fields(message_type_of(receiver), used, receiver.item_names)
 
 
 def reports_position(handler: DataChannelReceivable[Any]) -> bool:

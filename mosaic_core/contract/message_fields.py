@@ -1,11 +1,15 @@
-"""Finds the numbers of a message by their dotted paths, as limits and motion fields name them."""
+"""Finds the numbers of a message by their dotted paths, as limits and motion fields name them, and its lists of
+numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any, get_args
 
 from pydantic import AliasChoices, AliasPath, BaseModel
+
+from mosaic_core.machines.commands.number_list import EVERY, NumberList
 
 _MAX_DEPTH = 5
 """A model may contain itself."""
@@ -26,16 +30,113 @@ def has_two_names(model: Any, path: list[str]) -> bool:
     return False
 
 
+@dataclass(frozen=True, slots=True)
+class MessageFields:
+    """The numbers of one type of messages: ``numbers``, by dotted path, and those in ``lists``. Of a type that says
+    nothing any field may be there."""
+
+    numbers: frozenset[str] = frozenset()
+    lists: tuple[NumberList, ...] = ()
+    is_known: bool = False
+    """Whether the type says what its messages have."""
+    message_type: Any = None
+
+    def list_of(self, field: str) -> NumberList | None:
+        """The list that has ``field``."""
+        return next((one for one in self.lists if one.holds(field)), None)
+
+    def has(self, field: str) -> bool:
+        """Whether a message may have it, as far as anybody knows."""
+        its = self.list_of(field)
+        return field in self.numbers or (not self.is_known if its is None else its.could_hold(field))
+
+    @property
+    def names(self) -> list[str]:
+        """What may be written, for cures: every number, and for a list ``path.*`` and the names that are known."""
+        in_lists = (name for one in self.lists for name in (one.every, *(f"{one.path}.{key}" for key in one.known)))
+        return sorted((*self.numbers, *in_lists))
+
+
+def message_fields(message_type: Any, used: Iterable[str] = (), known: Collection[str] = ()) -> MessageFields:
+    """What messages of this type have. Of those without a schema every ``used`` field that is spelt so (``a.*``,
+    ``a.0``) stands in a list. ``known``: the names that lists which are keyed by another may have."""
+    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+        return MessageFields(lists=_spelt_lists(used), message_type=message_type)
+    schema, names_of = message_type.model_json_schema(), getattr(message_type, "keyed_by", {})
+    definitions = schema.get("$defs", {})
+    lists = []
+    for path in sorted(_paths(schema, definitions, 0, _is_number_list)):
+        names = names_of.get(path, "")
+        choices = frozenset(known) if known else _choices_at(schema, names)
+        lists.append(NumberList(path, names, choices if names else frozenset()))
+    numbers = frozenset(_paths(schema, definitions, 0, _is_number))
+    return MessageFields(numbers, tuple(lists), bool(numbers or lists), message_type)
+
+
+def text_lists(schema: dict[str, Any]) -> frozenset[str]:
+    """The dotted paths of all lists of texts, by which another list may be keyed."""
+    return frozenset(_paths(schema, schema.get("$defs", {}), 0, _is_text_list))
+
+
+def _spelt_lists(used: Iterable[str]) -> tuple[NumberList, ...]:
+    apart = (field.rpartition(".") for field in used)
+    return tuple(NumberList(path) for path in dict.fromkeys(path for path, _, key in apart if _is_key(key) and path))
+
+
+def _is_key(key: str) -> bool:
+    return key == EVERY or key.isdecimal()
+
+
 def field_paths(schema: dict[str, Any] | None) -> frozenset[str]:
     """The dotted paths of all numbers that a JSON Schema names; none where it names no properties."""
-    return frozenset(_numbers(schema, schema.get("$defs", {}), 0)) if schema is not None else frozenset()
+    if schema is None:
+        return frozenset()
+    return frozenset(_paths(schema, schema.get("$defs", {}), 0, _is_number))
 
 
-def _numbers(schema: dict[str, Any], definitions: dict[str, Any], depth: int) -> Iterator[str]:
+Test = Callable[[dict[str, Any], dict[str, Any]], bool]
+
+
+def _paths(schema: dict[str, Any], definitions: dict[str, Any], depth: int, wanted: Test) -> Iterator[str]:
     for name, field in schema.get("properties", {}).items():
-        for choice in (field, *(one for kind in ("anyOf", "allOf", "oneOf") for one in field.get(kind, ()))):
-            inner = definitions.get(str(choice.get("$ref", "")).rsplit("/", 1)[-1], choice)
-            if inner.get("type") in ("number", "integer"):
+        for inner in _choices(field, definitions):
+            if wanted(inner, definitions):
                 yield name
             elif depth < _MAX_DEPTH:
-                yield from (f"{name}.{path}" for path in _numbers(inner, definitions, depth + 1))
+                yield from (f"{name}.{path}" for path in _paths(inner, definitions, depth + 1, wanted))
+
+
+def _choices(field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """A schema and its alternatives, with what they refer to in the place of references."""
+    for choice in (field, *(one for kind in ("anyOf", "allOf", "oneOf") for one in field.get(kind, ()))):
+        yield definitions.get(str(choice.get("$ref", "")).rsplit("/", 1)[-1], choice)
+
+
+def _is_number(schema: dict[str, Any], definitions: dict[str, Any]) -> bool:
+    return schema.get("type") in ("number", "integer")
+
+
+def _is_number_list(schema: dict[str, Any], definitions: dict[str, Any]) -> bool:
+    items = [*schema.get("prefixItems", ()), *([schema["items"]] if isinstance(schema.get("items"), dict) else [])]
+    return schema.get("type") == "array" and bool(items) and all(_are(item, definitions, _is_number) for item in items)
+
+
+def _is_text_list(schema: dict[str, Any], definitions: dict[str, Any]) -> bool:
+    items = schema.get("items")
+    is_text: Test = lambda item, _: item.get("type") == "string"  # noqa: E731
+    return schema.get("type") == "array" and isinstance(items, dict) and _are(items, definitions, is_text)
+
+
+def _are(item: dict[str, Any], definitions: dict[str, Any], wanted: Test) -> bool:
+    return any(wanted(one, definitions) for one in _choices(item, definitions))
+
+
+def _choices_at(schema: dict[str, Any], path: str) -> frozenset[str]:
+    """The texts that the list at ``path`` may have, where its schema enumerates them."""
+    definitions, node = schema.get("$defs", {}), schema
+    for name in path.split(".") if path else ():
+        field = node.get("properties", {}).get(name, {})
+        node = next((one for one in _choices(field, definitions) if "properties" in one or "items" in one), {})
+    items = node.get("items", {})
+    found = [one for one in _choices(items, definitions) if "enum" in one or "const" in one]
+    return frozenset(str(text) for one in found for text in one.get("enum", [one.get("const")]))

@@ -72,8 +72,12 @@ class Message(BaseModel):
     """The name of its shape, such as ``acme/Grip@1``, for whoever knows it; the number rises when old readers would
     misread it. The catalogue carries it, and a widget may say that it shows it."""
     motion_kinds: ClassVar[Mapping[str, MotionKind]] = {}
-    """What its numbers move, by dotted path: ``{"linear.x": "velocity"}``. Velocities are the ``motion_fields`` of
-    receivers that take it and name none themselves."""
+    """What its numbers move, by dotted path: ``{"linear.x": "velocity"}``; of a list each of its numbers. Velocities
+    are the ``motion_fields`` of receivers that take it and name none themselves, positions their
+    ``position_fields``."""
+    keyed_by: ClassVar[Mapping[str, str]] = {}
+    """Which of its lists of numbers another one names: ``{"positions": "names"}``. A number of such a list is the field
+    ``positions.<name>``; of any other list it is found by its index, ``positions.0``."""
 
     @model_validator(mode="before")
     @classmethod

@@ -90,10 +90,9 @@ class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
         )
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
+        _refuse_mistakes(cls)
         super().__init_subclass__(**kwargs)
-        mistake = next(_mistakes(cls), None)
-        if mistake is not None:
-            raise TypeError(f"{cls.__module__}.{cls.__qualname__}: {mistake}")
+        _refuse_mistakes(cls)  # also what follows from the question: one that is a Twist would have motion fields
 
 
 def answer_type_of(handler: type[RequestHandler[Any, Any]]) -> Any:
@@ -113,14 +112,21 @@ def answer_schema(handler: type[RequestHandler[Any, Any]]) -> dict[str, Any]:
     return TypeAdapter(answer_type_of(handler)).json_schema(mode="serialization")
 
 
+def _refuse_mistakes(cls: type[RequestHandler[Any, Any]]) -> None:
+    mistake = next(_mistakes(cls), None)
+    if mistake is not None:
+        raise TypeError(f"{cls.__module__}.{cls.__qualname__}: {mistake}")
+
+
 def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Any:
     """What the class says that can't be meant."""
     if "handle_data" in vars(cls):
         yield "write `answer(self, question, request)` instead of `handle_data`"
     if cls.timeout_s is not None:
         yield "`timeout_s` is for receivers that move something on and on; a request has `answer_within_s`"
-    if cls.motion_fields:
-        yield "a question has no `motion_fields`; bound its numbers in its model, by `Field(le=…)`"
+    if cls.motion_fields or cls.limits:
+        name = "motion_fields" if cls.motion_fields else "limits"
+        yield f"a question has no `{name}`; bound its numbers in its model, by `Field(le=…)`"
     if message_type_of(cls) in (str, bytes) or answer_type_of(cls) is bytes:
         yield "questions and answers are JSON: use a `Message` or `dict`"
     mode = cls.delivery.mode if isinstance(cls.delivery, DeliveryContract) else cls.delivery

@@ -54,6 +54,7 @@ class JointTarget(_Joints):
     shape_from: ClassVar[str] = "one point of trajectory_msgs"
     ros_type: ClassVar[str] = "trajectory_msgs/msg/JointTrajectory"
     motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"positions": "position"}
+    keyed_by: ClassVar[Mapping[str, str]] = {"positions": "names"}
     positions: list[Exactly] = Field(
         description="One for each name; prismatic joints: m.", json_schema_extra=unit("rad")
     )

@@ -14,6 +14,41 @@ from pydantic import Field
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.wire_model import PlainText, WireModel, to_json
 
+WIDGET_HINTS = (
+    "audio",
+    "battery",
+    "bytes",
+    "connection-check",
+    "diagnostics",
+    "drive-pad",
+    "gps",
+    "gps-position",
+    "gripper-command",
+    "imu",
+    "joint-command",
+    "joints",
+    "json-sender",
+    "laser-scan",
+    "map",
+    "message-log",
+    "point-cloud",
+    "pose-trail",
+    "push-to-talk",
+    "raw-json",
+    "recorder",
+    "request",
+    "text-log",
+    "time-plot",
+    "value-cards",
+    "video",
+)
+"""Every hint that a widget of the dashboard answers to; its registry is tested against this."""
+
+
+def is_widget_hint(name: str) -> bool:
+    """Whether some widget may answer to it: one of the dashboard's, or that of a plugin (``acme-gripper/Grip``)."""
+    return name in WIDGET_HINTS or "/" in name
+
 
 class ChannelEntry(WireModel):
     """One data channel of a connector; most connectors have one whose label is the connector's."""

@@ -1,7 +1,8 @@
 """Holds the limits of a command: the fields of a message and how far and how fast they may go, and the curves that slow
 down.
 
-Fields are dotted paths of the JSON message (``linear.x``). Units are those of the message.
+Fields are dotted paths of the JSON message (``linear.x``), in a list ``positions.shoulder``, by index ``positions.0``,
+and for each of its numbers ``positions.*``. Units are those of the message.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ class FieldLimit:
             raise ImpossibleLimit("a limit needs the names of its fields, each once")
         if any(not part for field in self.fields for part in field.split(".")):
             raise ImpossibleLimit(f"limit of {name!r}: a field is a dotted path like linear.x")
+        if len(self.fields) > 1 and any(field.endswith(".*") for field in self.fields):
+            raise ImpossibleLimit(f"limit of {name}: what is limited together is named one by one, not by *")
         rates = (self.max_rise_per_s, self.max_fall_per_s, self.max_rate_per_s)
         numbers = (self.min, self.max, self.max_norm, *rates)
         if any(number is not None and not math.isfinite(number) for number in numbers):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -12,10 +11,14 @@ from mosaic_core.words.limits import Curve, FieldLimit, MotionKind, PictureRule,
 from mosaic_core.words.wire_model import ConfigModel
 
 SafePolicy = Literal["callback", "zero", "hold"]
-FieldPath = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$")]
+FIELD_PATH = r"^[A-Za-z_][A-Za-z0-9_-]*(\.([^.*]+|\*))*$"
+"""Joints of large arms are called ``left arm/shoulder``; a star stands for every number of a list."""
+FieldPath = Annotated[str, Field(pattern=FIELD_PATH)]
 CurveInFile = Annotated[
     Curve | Literal["off"], Field(description="Points [value, factor]: values rise, factors fall from 1; or `off`.")
 ]
+MAX_TIMEOUT_S = 60.0
+"""Silence for longer is no time-out of anything that moves."""
 _CURVES = ("rtt_ms", "loss", "picture_ms")
 _DEFAULTS = SlowDownCurves()
 
@@ -53,6 +56,10 @@ class FieldBounds(ConfigModel):
             self.max_rate_per_s,
             self.kind or kind,
         )
+
+    def over(self, others: FieldBounds) -> FieldBounds:
+        """These bounds, and those of ``others`` where these say nothing."""
+        return others.model_copy(update={name: getattr(self, name) for name in self.model_fields_set})
 
 
 class SlowDown(ConfigModel):
@@ -93,7 +100,9 @@ class SlowDown(ConfigModel):
 class SafetyConfig(ConfigModel):
     """Limits that the framework enforces for a receiver, whatever its plugin does."""
 
-    timeout_s: float | None = Field(default=None, gt=0, le=60, description="Silence after which the safe action runs.")
+    timeout_s: float | None = Field(
+        default=None, gt=0, le=MAX_TIMEOUT_S, description="Silence after which the safe action runs."
+    )
     on_timeout: SafePolicy = Field(
         default="callback",
         description="On silence: `callback` runs the connector's safe action, `zero` then also sends it zeros for 1 s, "
@@ -109,7 +118,9 @@ class SafetyConfig(ConfigModel):
     max_rate_hz: float | None = Field(default=None, gt=0, le=1000, description="Commands per second and operator.")
     limits: dict[FieldPath, FieldBounds] = Field(
         default_factory=dict,
-        description="FieldBounds by dotted path of the JSON message (`linear.x`).",
+        description="FieldBounds by dotted path of the JSON message (`linear.x`); in a list `positions.shoulder`, by "
+        "index `positions.0`, and `positions.*` for all that are not named themselves or leave a bound out. What the "
+        "connector's class says holds for the bounds that are left out.",
     )
     slow_down: SlowDown | Literal["off"] | None = Field(
         default=None, description="Less speed on a bad link; default: on where the connector names motion fields."
@@ -123,15 +134,6 @@ class SafetyConfig(ConfigModel):
     def field_limits(self) -> tuple[FieldLimit, ...]:
         """A connector's own limits; a subclass overrides it to turn its own keys into limits of fields or vectors."""
         return ()
-
-    def every_limit(self, positions: Collection[str] = ()) -> tuple[FieldLimit, ...]:
-        """The connector's own limits and those of ``limits``: all of them hold. ``positions``: fields that the
-        connector calls positions. Raises :class:`~mosaic_core.words.limits.ImpossibleLimit`."""
-        bounded = (
-            bounds.limit(field, "position" if field in positions else "velocity")
-            for field, bounds in self.limits.items()
-        )
-        return (*self.field_limits(), *bounded)
 
 
 class ControlConfig(ConfigModel):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import pytest
@@ -11,16 +11,19 @@ from pydantic import Field
 from mosaic_core import (
     AudioReceivable,
     DataChannelBidirectional,
+    DataChannelJsonReceivable,
     DataChannelReceivable,
     DataChannelSendable,
     Delivery,
     DeliveryContract,
+    FieldBounds,
     Handler,
     MediaTrackHandler,
     Message,
 )
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.limits import MotionKind
 
 
 class Wish(Message):
@@ -119,3 +122,120 @@ def test_of_messages_without_a_schema_any_field_may_be_named() -> None:
         motion_fields: ClassVar[tuple[str, ...]] = ("whatever.x",)
 
     assert Loose.motion_fields == ("whatever.x",)
+
+
+class Joints(Message):
+    keyed_by: ClassVar[Mapping[str, str]] = {"positions": "names"}
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"positions": "position"}
+    names: list[str]
+    positions: list[float]
+
+
+def declared(base: type, **said: Any) -> str:
+    """What is said against a class of this body."""
+    with pytest.raises(MosaicError) as refused:
+        type("It", (base,), {**said, "__module__": __name__})
+    assert refused.value.code == "config.broken_plugin"
+    assert refused.value.cure in str(refused.value)
+    return str(refused.value).partition("It: ")[2]
+
+
+class Takes(DataChannelReceivable[Wish]):
+    """Takes a wish."""
+
+
+class Moves(DataChannelReceivable[Joints]):
+    def make_safe(self, cause: str) -> None:
+        """Holds."""
+
+
+AT_MOST = FieldBounds(max=1.0)
+
+
+@pytest.mark.parametrize(
+    ("base", "said", "words"),
+    [
+        (Takes, {"timeout_s": 0.5}, "timeout_s is set, and after it nothing would happen: make_safe is not written. "),
+        (Moves, {"timeout_s": 0}, "timeout_s is 0, and no time-out. Write seconds above 0 and up to 60, or None."),
+        (Moves, {"timeout_s": 61.0}, "timeout_s is 61, and no time-out. "),
+        (Moves, {"resource": "Left arm"}, "the lease of 'Left arm' can't be taken. Write small letters"),
+        (Takes, {"widget": "drive-pat"}, "there is no widget 'drive-pat'; did you mean 'drive-pad'? There are: audio"),
+        (MediaTrackHandler, {"widget": "film"}, "there is no widget 'film'"),
+        (Takes, {"limits": {"angel": AT_MOST}}, "limits names 'angel', a number that its messages don't have; did you"),
+        (Takes, {"limits": {"angle": {"max": 1}}}, "the limit of 'angle' is a dict. Write FieldBounds(min=…, max=…)."),
+        (Takes, {"limits": {"angle": FieldBounds(min=1.0)}}, "limit of angle: zero must be allowed (min <= 0 <= max)"),
+        (
+            Takes,
+            {"limits": {"angle": FieldBounds(kind="velocity")}, "position_fields": ("angle",)},
+            "'angle' is a position, and can't be limited as a velocity. Cure: remove `kind`.",
+        ),
+        (
+            Takes,
+            {"limits": {"angle": FieldBounds(max_rise_per_s=1.0)}, "position_fields": ("angle",)},
+            "limit of angle: max_rise_per_s is for a velocity, and this is a position. Cure: write max_rate_per_s",
+        ),
+        (Moves, {"limits": {"positions": AT_MOST}}, "limits names 'positions', a number that its messages don't have"),
+        (
+            Moves,
+            {"limits": {"positions.elbo": AT_MOST}, "item_names": ("elbow",)},
+            "limits names 'positions.elbo', a number that its messages don't have; did you mean 'positions.elbow'?",
+        ),
+        (
+            Moves,
+            {"limits": {"positions.*": FieldBounds(kind="velocity")}},
+            "'positions.*' is a position, and can't be limited as a velocity. Cure: remove `kind`.",
+        ),
+        (
+            Moves,
+            {"position_fields": (), "limits": {"positions.*": AT_MOST}},
+            "'positions.*' stands in a list, of which only positions can be limited. Cure: write `kind: position` if",
+        ),
+        (Moves, {"motion_fields": ("positions.a",)}, "motion_fields names 'positions.a' in a list, and only positions"),
+    ],
+)
+def test_what_a_class_says_of_its_safety_and_nothing_could_follow_is_refused(
+    base: type, said: dict[str, Any], words: str
+) -> None:
+    assert declared(base, **said).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("base", "said"),
+    [
+        (Moves, {"timeout_s": 60, "resource": "left_arm", "requires_lease": True}),
+        (Takes, {"widget": "drive-pad"}),
+        (Takes, {"widget": "gps-position"}),
+        (Takes, {"widget": "acme-gripper/Grip"}),
+        (Takes, {"widget": None}),
+        (Takes, {"limits": {"angle": FieldBounds(min=-1.0, max=1.0, max_rise_per_s=2.0)}}),
+        (Moves, {"limits": {"positions.*": FieldBounds(min=1.0, max_rate_per_s=1.0), "positions.elbow": AT_MOST}}),
+        (Moves, {"limits": {"positions.elbow": AT_MOST}, "item_names": ("elbow", "wrist")}),
+        (DataChannelJsonReceivable, {"limits": {"whatever.x": AT_MOST}}),
+    ],
+)
+def test_what_can_be_followed_is_taken(base: type, said: dict[str, Any]) -> None:
+    assert issubclass(type("It", (base,), {**said, "__module__": __name__}), base)
+
+
+def test_the_safety_of_a_class_is_told_with_its_line() -> None:
+    def make() -> None:
+        class Silent(DataChannelReceivable[Wish]):
+            timeout_s = 0.5
+
+    assert refusal_of(make).endswith("make_safe is not written. Write make_safe(self, cause), or remove timeout_s.")
+
+
+@pytest.mark.parametrize(
+    ("keyed_by", "words"),
+    [
+        ({"position": "names"}, "names 'position', which is no list of numbers. It has: positions."),
+        ({"positions": "name"}, "names 'name', which is no list of texts. It has: names."),
+    ],
+)
+def test_a_list_that_nothing_names_is_refused(keyed_by: dict[str, str], words: str) -> None:
+    model = type("Odd", (Joints,), {"keyed_by": keyed_by, "__module__": __name__})
+
+    def make() -> None:
+        class Arm(DataChannelReceivable[model]): ...  # type: ignore[valid-type]
+
+    assert refusal_of(make) == f"Arm: keyed_by of Odd {words}"

@@ -104,10 +104,18 @@ class Points(Message):
     positions: list[float]
 
 
-def test_of_a_list_nothing_can_be_limited() -> None:
+class Rates(Message):
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"rates": "velocity"}
+    rates: list[float]
+
+
+def test_of_a_list_the_positions_are_position_fields_and_velocities_are_nothing() -> None:
     class Along(DataChannelReceivable[Points]): ...
 
-    assert Along.position_fields == ()
+    class Turning(DataChannelReceivable[Rates]): ...
+
+    assert Along.position_fields == ("positions.*",)
+    assert (Turning.motion_fields, Turning.position_fields) == ((), ())
 
 
 def test_the_velocities_of_a_message_are_the_motion_fields_of_its_receivers() -> None:

@@ -55,6 +55,7 @@ class Sled(DataChannelReceivable[Wish]):
 
 
 class Careless(Sled):
+    timeout_s = None
     make_safe = DataChannelReceivable.make_safe
 
 
@@ -143,7 +144,7 @@ async def test_a_live_drill_really_drives_and_really_stops() -> None:
 
 
 async def test_a_receiver_without_a_safe_action_fails() -> None:
-    found = (await findings(sled(Careless), only=("safe-action",)))["safe-action"]
+    found = (await findings(sled(Careless, timeout_s=1.0), only=("safe-action",)))["safe-action"]
     assert found.verdict == "failed"
     assert "make_safe is not written" in found.why
 

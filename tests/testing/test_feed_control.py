@@ -40,6 +40,9 @@ class Base(DataChannelJsonReceivable):
     def handle_data(self, data: dict[str, Any]) -> None:
         self.speeds.append(data["v"])
 
+    def make_safe(self, cause: str) -> None:
+        """Stands."""
+
 
 class BaseConfigurer(DataChannelConfigurer[NoParams]):
     connector_type = "base"

@@ -6,6 +6,9 @@ is it the position that was put out last. Never is it 0 because nothing better i
 
 Within its range a position never leaves it. From outside, where only a report can place it, it comes back on the
 straight line at the same rate.
+
+The numbers of a list are fields like any others, though nobody knows beforehand which ones a message has: those that no
+limit names are each limited as ``path.*`` says.
 """
 
 from __future__ import annotations
@@ -15,6 +18,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from mosaic_core.machines.commands.message_numbers import OutOfRange
+from mosaic_core.machines.commands.number_list import MAX_NUMBERS, NumberList
 from mosaic_core.machines.commands.slew import MAX_RISE_STEP_S, clamped
 from mosaic_core.words.errors import Refused
 from mosaic_core.words.limits import FieldLimit
@@ -49,33 +54,73 @@ class HeldPosition:
 
 
 Held: TypeAlias = Mapping[str, HeldPosition]
-Group: TypeAlias = tuple[tuple[str, ...], tuple[FieldLimit, ...]]
+Placed: TypeAlias = tuple[FieldLimit, tuple[int, ...]]
+"""A limit, and which fields of a group it is of."""
+Group: TypeAlias = tuple[tuple[str, ...], tuple[Placed, ...]]
 
 
 class PositionSlew:
-    """The rates and ranges of the position fields of one receiver."""
+    """The rates and ranges of the position fields of one receiver. Of ``lists`` the fields are those that a message
+    has."""
 
-    def __init__(self, fields: Sequence[str], limits: Sequence[FieldLimit], report: Report) -> None:
-        self._groups = _groups(fields, limits)
+    def __init__(
+        self,
+        fields: Sequence[str],
+        limits: Sequence[FieldLimit],
+        report: Report,
+        lists: Sequence[NumberList] = (),
+    ) -> None:
+        every = {one.every: one for one in lists}
+        self._each = {
+            its: tuple((limit, (0,)) for limit in limits if name in limit.fields) for name, its in every.items()
+        }
+        """Of each list the limits of those of its numbers that no other limit names."""
+        named = [name for limit in limits for name in limit.fields]
+        of_lists = {name for name in fields if any(one.holds(name) for one in lists) and name not in named}
+        alone = [name for name in fields if name not in every and name not in of_lists]
+        self._groups = _groups(alone, [limit for limit in limits if not any(name in every for name in limit.fields)])
+        self._named = frozenset(name for names, _ in self._groups for name in names)
         self._report = report
 
     def moved(self, goals: Mapping[str, float], held: Held, factor: float, now_s: float) -> dict[str, float]:
         """Where to send the fields of ``goals`` now, at ``factor`` (0 to 1) of their rates; 0 holds. Raises
         :class:`PositionUnknown` or :class:`SaidInPart`."""
         out: dict[str, float] = {}
-        for fields, limits in self._groups:
+        for fields, limits in (*self._groups, *self._further(goals)):
             if not any(field in goals for field in fields):
                 continue
             if not all(field in goals for field in fields):
                 raise SaidInPart(fields)
-            target = _within([goals[field] for field in fields], fields, limits)
-            rates = [one for one in limits if one.max_rate_per_s is not None]
+            target = _within([goals[field] for field in fields], limits)
+            rates = [one for one in limits if one[0].max_rate_per_s is not None]
             if rates or factor == 0.0:
                 start = [self._start(field, held, now_s) for field in fields]
                 elapsed_s = min(_elapsed_s(held.get(field), now_s) for field in fields)
-                target = _on_the_way(start, target, _share(start, target, fields, rates, factor, elapsed_s))
+                target = _on_the_way(start, target, _share(start, target, rates, factor, elapsed_s))
             out.update(zip(fields, target, strict=True))
         return out
+
+    def remembered(self, held: Held, sent: Mapping[str, float], now_s: float) -> Held:
+        """What is held after ``sent`` was sent. Raises :class:`OutOfRange` for more numbers of lists than anything
+        has: whoever makes up names must neither fill the memory nor make it forget where a joint was sent just now."""
+        after = {**held, **{name: HeldPosition(value, now_s) for name, value in sent.items()}}
+        if len(after) > len(self._named) + MAX_NUMBERS:
+            after = {name: one for name, one in after.items() if name in self._named or now_s - one.at_s < PAUSE_S}
+            if len(after) > len(self._named) + MAX_NUMBERS:
+                raise OutOfRange(f"more than {MAX_NUMBERS} positions of lists were commanded within {PAUSE_S:g} s")
+        return after
+
+    def _further(self, goals: Iterable[str]) -> list[Group]:
+        """The numbers of lists that no limit names."""
+        if not self._each:
+            return []
+        return [
+            ((field,), limits)
+            for field in goals
+            if field not in self._named
+            for one, limits in self._each.items()
+            if one.holds(field)
+        ]
 
     def _start(self, field: str, held: Held, now_s: float) -> float:
         last = held.get(field)
@@ -89,9 +134,9 @@ class PositionSlew:
         return last.value
 
 
-def _within(target: list[float], fields: tuple[str, ...], limits: Iterable[FieldLimit]) -> list[float]:
-    for limit in limits:
-        clamped(target, limit, tuple(fields.index(field) for field in limit.fields))
+def _within(target: list[float], limits: Iterable[Placed]) -> list[float]:
+    for limit, places in limits:
+        clamped(target, limit, places)
     return target
 
 
@@ -103,8 +148,7 @@ def _elapsed_s(last: HeldPosition | None, now_s: float) -> float:
 def _share(
     start: Sequence[float],
     target: Sequence[float],
-    fields: tuple[str, ...],
-    rates: Iterable[FieldLimit],
+    rates: Iterable[Placed],
     factor: float,
     elapsed_s: float,
 ) -> float:
@@ -112,9 +156,9 @@ def _share(
     if factor == 0.0:
         return 0.0
     share = 1.0
-    for limit in rates:
+    for limit, places in rates:
         assert limit.max_rate_per_s is not None
-        length = math.hypot(*[target[at] - start[at] for at in (fields.index(field) for field in limit.fields)])
+        length = math.hypot(*[target[at] - start[at] for at in places])
         step = limit.max_rate_per_s * factor * elapsed_s
         if step < length:
             share = min(share, step / length)
@@ -133,10 +177,10 @@ def _on_the_way(start: list[float], target: list[float], share: float) -> list[f
 
 def _groups(fields: Iterable[str], limits: Iterable[FieldLimit]) -> tuple[Group, ...]:
     """Limits that share a field move together, and only as far as the slowest of them allows."""
-    groups: list[Group] = [((field,), ()) for field in fields]
+    groups: list[tuple[tuple[str, ...], tuple[FieldLimit, ...]]] = [((field,), ()) for field in fields]
     for limit in limits:
         apart = [group for group in groups if not set(group[0]) & set(limit.fields)]
         joined = [group for group in groups if group not in apart]
         names = tuple(name for one, _ in joined for name in one)
         groups = [*apart, (names, (*(its for _, ones in joined for its in ones), limit))]
-    return tuple(groups)
+    return tuple((names, tuple((its, tuple(map(names.index, its.fields))) for its in ones)) for names, ones in groups)

@@ -6,34 +6,27 @@ between what was put out before and what is put out now: towards zero for the wh
 zero for at most :data:`MAX_RISE_STEP_S`, so that a pause saves up no jump.
 
 All that is of velocities. Position fields go their own way (:mod:`.position_slew`): 0 is a place like any other to
-them, a missing one stays where it is, and the factor scales their rate.
+them, a missing one stays where it is, and the factor scales their rate. Positions may stand in lists
+(:mod:`.number_list`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import chain
-from typing import Any
+from typing import Any, TypeAlias
 
-from mosaic_core.machines.commands.position_slew import Held, HeldPosition, PositionSlew, Report
+from mosaic_core.machines.commands.message_numbers import HUGE, OutOfRange, number_at, put
+from mosaic_core.machines.commands.number_list import NumberList
+from mosaic_core.machines.commands.position_slew import Held, PositionSlew, Report
 from mosaic_core.machines.commands.slew import MAX_RISE_STEP_S, clamped, reach
-from mosaic_core.words.errors import Refused
 from mosaic_core.words.limits import FieldLimit
 
 __all__ = ["IDLE_AFTER_S", "MAX_RISE_STEP_S", "OutOfRange", "SafetyEnvelope", "Shaped"]
 
 IDLE_AFTER_S = 1.0
 """Zeros are handed on for this long; then the operator rests and must not block an autonomy that drives meanwhile."""
-HUGE = 1e100
-"""No command means this; below it no length overflows."""
-
-
-class OutOfRange(Refused):
-    """A field that is limited holds no finite number. The text names it."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__("safety.out_of_range", message)
+InList: TypeAlias = tuple[NumberList, Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +63,7 @@ class SafetyEnvelope:
         motion_fields: Iterable[str] = (),
         position_fields: Iterable[str] = (),
         *,
+        lists: Iterable[NumberList] = (),
         report: Report = lambda name: None,
         idle_after_s: float = IDLE_AFTER_S,
     ) -> None:
@@ -80,8 +74,10 @@ class SafetyEnvelope:
         """Position fields: their rate is scaled and limited."""
         self.fields = tuple(dict.fromkeys((*motion_fields, *(name for one in paces for name in one.fields))))
         """Velocities: everything that is scaled, limited and set to zero."""
-        self._position_paths = tuple((name, tuple(name.split("."))) for name in self.positions)
-        self._slew = PositionSlew(self.positions, places, report)
+        self._lists = tuple(lists)
+        alone = [name for name in self.positions if not any(one.holds(name) for one in self._lists)]
+        self._position_paths = tuple((name, tuple(name.split("."))) for name in alone)
+        self._slew = PositionSlew(self.positions, places, report, self._lists)
         self._paths = tuple(tuple(name.split(".")) for name in self.fields)
         place = {name: at for at, name in enumerate(self.fields)}
         self._limits = tuple((limit, tuple(place[name] for name in limit.fields)) for limit in paces)
@@ -106,8 +102,9 @@ class SafetyEnvelope:
     def shaped(self, message: Mapping[str, Any], factor: float, now_s: float) -> Shaped:
         """``message`` as it may act now, with ``factor`` (0 to 1) of its speed. Raises :class:`OutOfRange`, or what
         :meth:`PositionSlew.moved` raises."""
-        wish = [_number(message, path, name) for path, name in zip(self._paths, self.fields, strict=True)]
-        goals = self._goals(message)
+        wish = [number_at(message, path, name) for path, name in zip(self._paths, self.fields, strict=True)]
+        in_lists = [(one, one.read(message)) for one in self._lists]
+        goals = self._goals(message, in_lists)
         share = factor if 0.0 <= factor <= 1.0 else 0.0  # NaN too: what is unknown doesn't move
         target = [0.0 if value is None else max(-HUGE, min(HUGE, value)) for value in wish]
         for limit, places in self._limits:
@@ -116,27 +113,45 @@ class SafetyEnvelope:
         output = self._slewed([value * share for value in target], now_s)
         sent = self._slew.moved(goals, self._state.held, share, now_s)
         shaped, was_limited = dict(message), False
-        velocities = zip(self._paths, output, (value or 0.0 for value in wish), strict=True)
-        positions = ((path, sent[name], goals[name]) for name, path in self._position_paths if name in sent)
-        for path, value, wished in chain(velocities, positions):
+        for path, value, wished in zip(self._paths, output, (value or 0.0 for value in wish), strict=True):
             if value != wished:  # what isn't limited stays the number it was, also an integer
                 was_limited = True
-                _put(shaped, message, path, value)
+                put(shaped, message, path, value)
+        was_limited = self._placed(shaped, message, goals, sent, in_lists) or was_limited
         is_zero = not any(output) and any(value is not None for value in wish)
         is_idle = self._note(output, sent, shaped, is_zero, now_s)
         return Shaped(shaped, is_zero, is_idle, was_limited, any(wish) or bool(goals))
 
-    def _goals(self, message: Mapping[str, Any]) -> dict[str, float]:
+    def _placed(
+        self,
+        shaped: dict[str, Any],
+        message: Mapping[str, Any],
+        goals: Mapping[str, float],
+        sent: Mapping[str, float],
+        in_lists: Iterable[InList],
+    ) -> bool:
+        """Write the positions that are not as they were wished; whether there are any."""
+        changed = {name: value for name, value in sent.items() if value != goals[name]}
+        for name, path in self._position_paths:
+            if name in changed:
+                put(shaped, message, path, sent[name])
+        for one, items in in_lists:
+            if not changed.keys().isdisjoint(items):
+                one.write(shaped, message, [changed.get(name) for name in items])
+        return bool(changed)
+
+    def _goals(self, message: Mapping[str, Any], in_lists: Iterable[InList]) -> dict[str, float]:
         """The positions that ``message`` names."""
-        said = ((name, _number(message, path, name)) for name, path in self._position_paths)
+        said = [(name, number_at(message, path, name)) for name, path in self._position_paths]
+        said += [item for _, items in in_lists for item in items.items()]
         return {name: max(-HUGE, min(HUGE, value)) for name, value in said if value is not None}
 
     def zero(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """``message`` with every velocity at 0, for receivers that are told to stand by a command."""
         shaped = dict(message)
         for path, name in zip(self._paths, self.fields, strict=True):
-            if _number(message, path, name) is not None:
-                _put(shaped, message, path, 0.0)
+            if number_at(message, path, name) is not None:
+                put(shaped, message, path, 0.0)
         return shaped
 
     def _slewed(self, target: list[float], now_s: float) -> list[float]:
@@ -160,7 +175,7 @@ class SafetyEnvelope:
         """Remember what is put out; whether it is idle."""
         before = self._state
         at_s = now_s if before.at_s is None else max(before.at_s, now_s)
-        held = {**before.held, **{name: HeldPosition(value, at_s) for name, value in sent.items()}}
+        held = self._slew.remembered(before.held, sent, at_s)
         if not is_zero:
             self._state = EnvelopeState(tuple(output), at_s, None, None, held)
             return False
@@ -193,32 +208,3 @@ def _groups(limits: Iterable[tuple[FieldLimit, tuple[int, ...]]]) -> tuple[Group
 
 def _has_rate(limit: FieldLimit) -> bool:
     return limit.max_rise_per_s is not None or limit.max_fall_per_s is not None
-
-
-def _number(message: Mapping[str, Any], path: tuple[str, ...], field: str) -> float | None:
-    """The finite number at ``path``, ``None`` if it is missing."""
-    value: Any = message
-    for key in path:
-        if not isinstance(value, Mapping):
-            raise OutOfRange(f"{field}: no number can be there, {key} is looked for in a {type(value).__name__}")
-        if key not in value:
-            return None
-        value = value[key]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise OutOfRange(f"{field} is no number but a {type(value).__name__}")
-    if isinstance(value, int):
-        return float(max(-HUGE, min(HUGE, value)))
-    if value - value != 0.0:
-        raise OutOfRange(f"{field} is not finite")
-    return value
-
-
-def _put(shaped: dict[str, Any], message: Mapping[str, Any], path: tuple[str, ...], value: float) -> None:
-    """Write into ``shaped``, whose inner dicts are those of ``message`` until they are written to."""
-    inner, original = shaped, message
-    for key in path[:-1]:
-        deeper = original.get(key, {})
-        if inner.get(key, deeper) is deeper:
-            inner[key] = dict(deeper)
-        inner, original = inner[key], deeper
-    inner[path[-1]] = value

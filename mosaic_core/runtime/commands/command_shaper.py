@@ -10,6 +10,7 @@ from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.machines.commands.gates import WrongShape
+from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -41,7 +42,7 @@ class CommandShaper:
     ) -> None:
         self._reader = PayloadReader(handler)
         self._envelope = _envelope_of(handler, safety) if safety.has_fields else None
-        self._defaults = _defaults_of(self._reader, self._envelope) if self._envelope else None
+        self._defaults = _defaults_of(self._reader, self._envelope, safety.lists) if self._envelope else None
         self._fired = fired
         self._shaped_after = fired()
         self._now_s = now_s
@@ -108,27 +109,36 @@ class CommandShaper:
 
 
 def _envelope_of(handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> SafetyEnvelope:
-    return SafetyEnvelope(safety.limits, safety.motion_fields, safety.position_fields, report=handler.reported_position)
+    report, fields = handler.reported_position, (safety.motion_fields, safety.position_fields)
+    return SafetyEnvelope(safety.limits, *fields, lists=safety.lists, report=report)
 
 
-def _defaults_of(reader: PayloadReader, envelope: SafetyEnvelope) -> MotionDefaults:
-    return MotionDefaults(reader.schema(), envelope.fields, envelope.positions)
+def _defaults_of(reader: PayloadReader, envelope: SafetyEnvelope, lists: Iterable[NumberList]) -> MotionDefaults:
+    return MotionDefaults(reader.schema(), envelope.fields, envelope.positions, lists)
 
 
 class MotionDefaults:
     """Completes the messages of one receiver by what it would take for motion fields that they leave out, if that
     moves: else a message without the field would move by a default that no limit has seen. ``schema``: the JSON Schema
     of its messages; ``fields``: dotted paths of velocities, ``positions``: those of positions, which any number moves.
+    ``lists``: where positions stand in lists; those move by any number in them, whatever names them.
     """
 
-    def __init__(self, schema: Mapping[str, Any], fields: Iterable[str], positions: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        schema: Mapping[str, Any],
+        fields: Iterable[str],
+        positions: Collection[str] = (),
+        lists: Iterable[NumberList] = (),
+    ) -> None:
         found: dict[tuple[str, ...], Any] = {}
-        for field in (*fields, *positions):
+        in_lists = [path for one in lists for path in (one.path, one.names) if path]
+        for field in (*fields, *positions, *in_lists):
             path, node = tuple(field.split(".")), schema
             for place, key in enumerate(path, 1):
                 node = _object(schema, node).get("properties", {}).get(key, {})
                 default = node.get("default")
-                if _moves(default, path[place:], is_position=field in positions):
+                if _moves(default, path[place:], is_position=field in positions, is_list=field in in_lists):
                     found[path[:place]] = default
         self._found = tuple(sorted(found.items(), key=lambda item: len(item[0])))
 
@@ -142,9 +152,11 @@ class MotionDefaults:
                 inner[path[-1]] = copy.deepcopy(default)
 
 
-def _moves(default: Any, path: Iterable[str], *, is_position: bool) -> bool:
+def _moves(default: Any, path: Iterable[str], *, is_position: bool, is_list: bool) -> bool:
     for key in path:
         default = default.get(key) if isinstance(default, dict) else None
+    if is_list:
+        return isinstance(default, list) and bool(default)
     return isinstance(default, int | float) and not isinstance(default, bool) and (is_position or default != 0)
 
 

@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.errors import Problem
+from mosaic_core.words.safety_config import FIELD_PATH
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -26,7 +27,7 @@ _PATTERNS = {  # by key, or by the pattern itself where plugins may have keys of
     "label": "letters, digits and _.:/- (at most 64, a letter or digit first; names starting with '_' are reserved)",
     "ws_url": "a URL without a path such as wss://mosaic.example.org",
     r"^[a-z][a-z0-9_-]{0,31}$": "a name of small letters, digits, - and _ (at most 32, a letter first) such as arm",
-    r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$": "the dotted path of a number in the message, such as linear.x",
+    FIELD_PATH: "the dotted path of a number in the message, such as linear.x",
 }
 _WEB_SCHEME = re.compile(r"https?://", re.IGNORECASE)
 _EXPECTED = {

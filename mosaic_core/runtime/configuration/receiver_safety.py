@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from mosaic_core.contract.handler import DataChannelReceivable
+from mosaic_core.contract.field_kinds import kind_of, own_kind
+from mosaic_core.contract.handler import DataChannelReceivable, message_type_of
+from mosaic_core.contract.message_fields import MessageFields, message_fields
+from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.limits import NO_SLOW_DOWN, FieldLimit, SlowDownCurves
-from mosaic_core.words.safety_config import SafePolicy
+from mosaic_core.words.limits import NO_SLOW_DOWN, FieldLimit, MotionKind, SlowDownCurves
+from mosaic_core.words.safety_config import FieldBounds, SafePolicy
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +26,8 @@ class ReceiverSafety:
     limits: tuple[FieldLimit, ...] = ()
     motion_fields: tuple[str, ...] = ()
     position_fields: tuple[str, ...] = ()
+    lists: tuple[NumberList, ...] = ()
+    """The lists that have position fields."""
     curves: SlowDownCurves = NO_SLOW_DOWN
     takes_observers: bool = False
 
@@ -43,8 +48,10 @@ class ReceiverSafety:
     @classmethod
     def of(cls, config: SafetyConfig, handler: DataChannelReceivable[Any]) -> ReceiverSafety:
         """Raises :class:`~mosaic_core.words.limits.ImpossibleLimit`."""
-        limits = config.every_limit(handler.position_fields)
+        limits = limits_of(handler, config)
         limited = (field for limit in limits if limit.kind == "position" for field in limit.fields)
+        positions = tuple(dict.fromkeys((*handler.position_fields, *limited)))
+        lists = fields_of(handler, config).lists
         return cls(
             timeout_s=handler.timeout_s if config.timeout_s is None else config.timeout_s,
             on_timeout=config.on_timeout,
@@ -53,7 +60,8 @@ class ReceiverSafety:
             max_rate_hz=config.max_rate_hz,
             limits=limits,
             motion_fields=handler.motion_fields,
-            position_fields=tuple(dict.fromkeys((*handler.position_fields, *limited))),
+            position_fields=positions,
+            lists=tuple(one for one in lists if any(one.holds(field) for field in positions)),
             curves=_curves(config, handler),
             takes_observers=handler.takes_observers,
         )
@@ -62,7 +70,8 @@ class ReceiverSafety:
 def resource_of(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> str | None:
     """Whose lease the commands of this receiver need; ``None``: nobody's."""
     needs_lease = handler.requires_lease if config.requires_lease is None else config.requires_lease
-    return config.resource if needs_lease else None
+    resource = config.resource if "resource" in config.model_fields_set else handler.resource
+    return resource if needs_lease else None
 
 
 def _curves(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> SlowDownCurves:
@@ -71,3 +80,39 @@ def _curves(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> SlowDo
     if config.slow_down is not None:
         return config.slow_down.curves()
     return SlowDownCurves() if handler.motion_fields or handler.position_fields else NO_SLOW_DOWN
+
+
+def fields_of(handler: DataChannelReceivable[Any], config: SafetyConfig) -> MessageFields:
+    """What its messages have: of those without a schema, the lists that a field is spelt in."""
+    used = (*handler.motion_fields, *handler.position_fields, *handler.limits, *config.limits)
+    return message_fields(message_type_of(type(handler)), used, handler.item_names)
+
+
+def bounds_of(handler: DataChannelReceivable[Any], config: SafetyConfig) -> dict[str, FieldBounds]:
+    """The bounds of each field, in the order of the class and then of the file."""
+    merged = dict(handler.limits)
+    for field, bounds in config.limits.items():
+        merged[field] = bounds.over(merged.get(field, FieldBounds()))
+    return merged
+
+
+def with_those_of_all(bounds: dict[str, FieldBounds], fields: MessageFields) -> dict[str, FieldBounds]:
+    """What a number of a list does not say itself, ``path.*`` says for it."""
+    lists = {field: fields.list_of(field) for field in bounds}
+    every = {field: bounds[its.every] for field, its in lists.items() if its is not None and its.every in bounds}
+    return {field: its.over(every[field]) if field in every else its for field, its in bounds.items()}
+
+
+def limits_of(handler: DataChannelReceivable[Any], config: SafetyConfig) -> tuple[FieldLimit, ...]:
+    """All its limits, each of its kind. Raises :class:`~mosaic_core.words.limits.ImpossibleLimit`."""
+    fields = fields_of(handler, config)
+    bounds = with_those_of_all(bounds_of(handler, config), fields)
+    kinds = (handler.motion_fields, handler.position_fields)
+    its = (one.limit(field, kind_of(field, one, fields, *kinds)) for field, one in bounds.items())
+    return (*config.field_limits(), *its)
+
+
+def kind_for(handler: DataChannelReceivable[Any], config: SafetyConfig, field: str) -> MotionKind | None:
+    """What the connector itself calls a field."""
+    own = own_kind(field, fields_of(handler, config), handler.motion_fields, handler.position_fields)
+    return own or next((limit.kind for limit in config.field_limits() if field in limit.fields), None)

@@ -7,11 +7,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from mosaic_core.contract.field_kinds import kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
-from mosaic_core.contract.message_fields import field_paths, has_two_names
-from mosaic_core.runtime.configuration.catalogue_entry import message_schema, receivers
+from mosaic_core.contract.message_fields import has_two_names
+from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety, resource_of
+from mosaic_core.runtime.configuration.receiver_safety import (
+    ReceiverSafety,
+    bounds_of,
+    fields_of,
+    kind_for,
+    resource_of,
+    with_those_of_all,
+)
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.words.errors import Problem
 from mosaic_core.words.limits import ImpossibleLimit, clashes
@@ -52,30 +60,29 @@ def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any
 
 def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
     """Of each limit alone, of its kind and the handler's, and of several limits of one field."""
-    label, found = one.config.label, []
-    for field, bounds in one.safety.limits.items():
-        own = _own_kind(one, handler, field)
+    label, fields, found = one.config.label, fields_of(handler, one.safety), []
+    for field, bounds in with_those_of_all(bounds_of(handler, one.safety), fields).items():
+        own = kind_for(handler, one.safety, field)
         if own is not None and bounds.kind not in (None, own):
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
-            yield one.problem(message, "safety", "limits", field, "kind", cure="remove `kind`")
+            yield _limit_problem(one, message, field, "kind", cure="remove `kind`")
             continue
         try:
-            found.append(bounds.limit(field, own or "velocity"))
+            kinds = (handler.motion_fields, handler.position_fields)
+            found.append(bounds.limit(field, own or kind_of(field, bounds, fields, *kinds)))
         except ImpossibleLimit as wrong:
-            place = (field, wrong.key) if wrong.key else (field,)
-            yield one.problem(f"connector '{label}': {wrong}", "safety", "limits", *place, cure=wrong.cure)
+            keys = (wrong.key,) if wrong.key else ()
+            yield _limit_problem(one, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
     for field, message in clashes((*one.safety.field_limits(), *found)):
         cure = "write limits that can be kept together"
-        yield one.problem(f"connector '{label}': {message}", "safety", "limits", field, cure=cure)
+        yield _limit_problem(one, f"connector '{label}': {message}", field, cure=cure)
 
 
-def _own_kind(one: CheckedConnector, handler: DataChannelReceivable[Any], field: str) -> Any:
-    """What the connector itself calls a field: ``velocity``, ``position`` or ``None``."""
-    if field in handler.position_fields:
-        return "position"
-    if field in handler.motion_fields:
-        return "velocity"
-    return next((limit.kind for limit in one.safety.field_limits() if field in limit.fields), None)
+def _limit_problem(one: CheckedConnector, message: str, field: str, *key: str, cure: str) -> Problem:
+    """At the limit of the file, else whose class has it."""
+    if field in one.safety.limits:
+        return one.problem(message, "safety", "limits", field, *key, cure=cure)
+    return one.broken(message, cure=cure)
 
 
 def _zero_problems(one: CheckedConnector, effective: ReceiverSafety, *, has_fields: bool) -> Iterator[Problem]:
@@ -104,23 +111,20 @@ def _rate_problems(
         name = " and ".join(limit.fields)
         message = f"connector '{one.config.label}' does not report where '{name}' is, so a rate can't begin anywhere"
         cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
-        if name in one.safety.limits:
-            yield one.problem(message, "safety", "limits", name, "max_rate_per_s", cure=cure)
-        else:
-            yield one.broken(message, cure=cure)
+        yield _limit_problem(one, message, name, "max_rate_per_s", cure=cure)
 
 
 def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], fields: set[str]) -> Iterator[Problem]:
     """Of each field that is limited or moves something: its messages must have it, under one name."""
-    twice = {field for field in fields if has_two_names(message_type_of(type(handler)), field.split("."))}
+    message_type, known = message_type_of(type(handler)), fields_of(handler, one.safety)
+    names = {its.names for field in fields if (its := known.list_of(field)) is not None and its.names}
+    twice = {field for field in (*fields, *names) if has_two_names(message_type, field.split("."))}
     for field in sorted(twice):
         message = f"'{field}' of the messages of connector '{one.config.label}' can be written under two names"
         cure = "give it one name in its model: a limit sees no other"
         yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
-    known = field_paths(message_schema(handler))
-    unknown = [field for field in sorted(fields - twice) if known and field not in known]
-    for field in unknown:
-        cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
+    for field in sorted(field for field in fields - twice if not known.has(field)):
+        cure = guess(field, known.names, f"they have: {', '.join(known.names)}")
         if field in one.safety.limits:
             message = f"the messages of connector '{one.config.label}' have no number '{field}'"
             yield one.problem(message, "safety", "limits", field, cure=cure)
@@ -140,12 +144,14 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
     for handler in receivers(handlers):
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
-        has_fields = says_motion(type(handler)) or handler.position_fields or safety.limits or safety.field_limits()
+        own_limits = handler.limits or safety.limits or safety.field_limits()
+        has_fields = says_motion(type(handler)) or handler.position_fields or own_limits
         if not is_mover or has_fields:
             continue
         if moving := getattr(message_type, "motion_kinds", None):
             message = (
-                f"connector '{one.config.label}' moves by the list '{next(iter(moving))}', which nothing can limit"
+                f"connector '{one.config.label}' moves by '{next(iter(moving))}', velocities in a list, which nothing "
+                "can limit"
             )
             cure = "bound and slow it down in its own code; a stop still stops it"
             yield one.problem(message, "safety", cure=cure)

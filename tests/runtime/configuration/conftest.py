@@ -44,7 +44,7 @@ class Reading(Message):
 
 
 class Gauge(DataChannelSendable[Reading]):
-    widget = "value"
+    widget = "value-cards"
 
 
 class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):
@@ -68,6 +68,9 @@ class Wheel(DataChannelReceivable[Speed]):
     delivery = Delivery.LATEST
 
     def handle_data(self, data: Speed) -> None:
+        pass
+
+    def make_safe(self, cause: str) -> None:
         pass
 
 

@@ -47,7 +47,7 @@ def mistakes(configured: Callable[..., Configured]) -> Callable[[str], tuple[Pro
 def test_the_catalogue_entry_is_derived_from_the_handler(configured: Callable[..., Configured]) -> None:
     (connector,) = configured("[{type: gauge, label: battery}]").connectors
     entry = connector.entry
-    assert (entry.label, entry.type, entry.kind, entry.widget) == ("battery", "gauge", Kind.DATA, "value")
+    assert (entry.label, entry.type, entry.kind, entry.widget) == ("battery", "gauge", Kind.DATA, "value-cards")
     assert (entry.data_type, entry.direction) == (MosaicDataType.JSON_R2U, Direction.TO_OPERATOR)
     assert [channel.label for channel in entry.channels] == ["battery"]
     assert entry.message_schema is not None

@@ -56,19 +56,35 @@ class SaysSo(Stops):
     motion_fields = ()
 
 
-class Timed(DataChannelReceivable[Speed]):
+class Safe:
+    """Has a safe action."""
+
+    def make_safe(self, cause: str) -> None:
+        """Stands."""
+
+
+class Timed(Safe, DataChannelReceivable[Speed]):
     timeout_s = 0.3
 
 
-class Joint(DataChannelReceivable[Angle]):
+class Joint(Safe, DataChannelReceivable[Angle]):
     timeout_s = 0.3
 
 
-class Arm(DataChannelReceivable[JointTarget]):
+class Arm(Safe, DataChannelReceivable[JointTarget]):
     timeout_s = 0.3
 
 
-class Text(DataChannelReceivable[str]):
+class Wheels(Message):
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"mps": "velocity"}
+    mps: list[float]
+
+
+class Rover(Safe, DataChannelReceivable[Wheels]):
+    """Is moved by velocities in a list."""
+
+
+class Text(Safe, DataChannelReceivable[str]):
     timeout_s = 0.3
 
 
@@ -100,7 +116,8 @@ class Place:
         (Named, {}, None),
         (SaysSo, {}, None),
         (Joint, {}, None),
-        (Arm, {}, "bound and slow it down in its own code; a stop still stops it"),
+        (Arm, {}, None),
+        (Rover, {}, "bound and slow it down in its own code; a stop still stops it"),
         (Timed, {"limits": {"mps": FieldBounds(max=1.0)}}, None),
     ],
 )

@@ -39,6 +39,9 @@ class Base(DataChannelReceivable[Twist]):
     def handle_data(self, data: Twist) -> None:
         """Takes everything."""
 
+    def make_safe(self, cause: str) -> None:
+        """Stands."""
+
 
 class Door(DataChannelStringReceivable):
     def handle_data(self, data: str) -> None:
@@ -253,7 +256,6 @@ async def test_a_field_that_a_message_may_say_by_a_second_name_is_told(model: An
     """Else the second name would pass by every limit."""
 
     class Motor(DataChannelReceivable[model]):
-        timeout_s = 0.4
         motion_fields: ClassVar[tuple[str, ...]] = (field,)
 
         def handle_data(self, data: Any) -> None:

@@ -34,7 +34,7 @@ export { TalkStore, type Talker, type VoiceLine } from './stores/TalkStore'
 export { pageTicks, timerTicks, type Ticks } from './timing/Ticks'
 export type * from './words/types'
 // The words of the wire that a widget needs, so that it has one package to import from.
-export { messages, MOMENT_TITLES, ORIGINAL_TYPES, plainText, reasonOf, RobotStatus } from '@mosaic/protocol'
+export { messages, MOMENT_TITLES, ORIGINAL_TYPES, plainText, reasonOf, RobotStatus, WIDGET_HINTS } from '@mosaic/protocol'
 export type {
   Catalogue,
   CatalogueEntry,

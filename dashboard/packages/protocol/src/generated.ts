@@ -832,6 +832,7 @@ export const REASONS = {
   'peer.lost': { sentence: 'The other side fell silent.', cure: '' },
   'peer.replaced': { sentence: 'The same session connected again.', cure: '' },
   'peer.shutdown': { sentence: 'The robot is shutting down.', cure: '' },
+  'peer.reloaded': { sentence: 'The robot has other cameras or loudspeakers than before.', cure: 'The operator connects anew by itself.' },
   'peer.not_allowed': { sentence: 'The robot does not take this operator.', cure: '' },
   'safety.stale': { sentence: 'The command was too old when it arrived.', cure: 'Look at the link; old commands are not worth repeating, so send a new one.' },
   'safety.out_of_order': { sentence: 'A newer command had arrived before this one.', cure: 'Number each message anew, and repeat none.' },
@@ -839,6 +840,7 @@ export const REASONS = {
   'safety.timeout': { sentence: 'No command arrived in time; the safe action ran.', cure: 'Command anew, and keep sending.' },
   'safety.peer_left': { sentence: 'The commanding operator left; the safe action ran.', cure: 'Command anew.' },
   'safety.shutdown': { sentence: 'The robot is stopping; the safe action ran.', cure: '' },
+  'safety.reload': { sentence: 'The connector is begun anew with other code or params; the safe action ran.', cure: '' },
   'safety.lease_lost': { sentence: 'The commanding operator lost the lease; the safe action ran.', cure: 'Take control again, if whoever has it agrees.' },
   'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: 'Clear the stop, let go, and command anew.' },
   'safety.stopped': { sentence: 'The robot was stopped and takes no commands until that is cleared.', cure: 'Look at the robot, then clear the stop: the lease holder or a supervisor can.' },
@@ -894,6 +896,7 @@ export const REASONS = {
   'check.far_server': { sentence: 'The server is far away: setting up takes longer than it must.', cure: 'Use a server that is nearer, or see what slows the way to it; once connected it no longer matters.' },
   'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: "Look into the robot's log, which has the error; send again in a moment." },
   'plugin.name': { sentence: "A new plugin can't be written under this name.", cure: 'Choose another name.' },
+  'plugin.not_found': { sentence: 'There is no such plugin to examine.', cure: 'Name an installed distribution, a connector type, or the folder of a plugin.' },
   'plugin.wrong_message': { sentence: "The connector's handler sends something else than its class declares.", cure: "Let it send what it declares, or declare what it sends; the robot's log names class, line and fields." },
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: 'Plug it in, and see whether another program holds it.' },
   'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
@@ -989,6 +992,8 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'near': 1,
   'stopRight': 1,
 }
+/** Every hint that a widget of the dashboard answers to; its registry is tested against this. */
+export const WIDGET_HINTS = ['audio', 'battery', 'bytes', 'connection-check', 'diagnostics', 'drive-pad', 'gps', 'gps-position', 'gripper-command', 'imu', 'joint-command', 'joints', 'json-sender', 'laser-scan', 'map', 'message-log', 'point-cloud', 'pose-trail', 'push-to-talk', 'raw-json', 'recorder', 'request', 'text-log', 'time-plot', 'value-cards', 'video'] as const
 /** A moment of a connection's set-up. */
 export type Moment = 'asked' | 'granted' | 'offered' | 'answered' | 'candidate' | 'ice' | 'dtls' | 'control' | 'hello' | 'catalogue' | 'value' | 'frame'
 /** The moments as the operator sees them. The robot's are the same seen from its side: the offer arrives, the answer leaves. */

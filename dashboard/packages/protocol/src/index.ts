@@ -22,6 +22,7 @@ export {
   RobotStatus,
   STOP_LABEL,
   STOP_REPEAT_MS,
+  WIDGET_HINTS,
 } from './generated'
 export type * from './generated'
 /** The standard messages: an interface for each, and `SCHEMA_IDS`. */

@@ -1,4 +1,4 @@
-import { messages, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
+import { messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
 import { widgets } from '../widgets'
@@ -110,6 +110,11 @@ test('without a schema special widgets are offered, but not chosen', () => {
 test('with a schema that does not fit they are not even offered', () => {
   const scan = widgets.find(({ id }) => id === 'laser-scan')
   expect(scan && fitOf(scan, entry({ messageSchema: object('percent') }))).toBeNull()
+})
+
+test('a handler may name every widget, and no other', () => {
+  const hints = widgets.flatMap(({ id, accepts }) => [id, ...(accepts.hints ?? [])])
+  expect(new Set(hints)).toEqual(new Set<string>(WIDGET_HINTS))
 })
 
 test('every id is unique', () => {
