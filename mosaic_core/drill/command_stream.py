@@ -7,7 +7,7 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from mosaic_core.drill.commands import DrillCommand, at
+from mosaic_core.drill.commands import DrillCommand
 from mosaic_core.drill.findings import ExerciseFailed
 from mosaic_core.drill.recorder import Act
 from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, until
@@ -92,7 +92,7 @@ class CommandStream:
         """Whether a command that was carried out means motion; one that names a position does."""
         if self.command.positions or not self.command.fields:
             return True
-        return any(at(act.value, field) for field in self.command.fields)
+        return any(self.command.at(act.value, field) for field in self.command.fields)
 
     def _because(self, since_s: float) -> str:
         broken = [act.cause for act in self.subject.recorder.acts if act.kind == "failed" and act.at_s >= since_s]

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
+from mosaic_core.drill.fields import Lists, at, in_lists, limits_on, put
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -42,6 +43,11 @@ class DrillCommand:
     fields: tuple[str, ...] = ()
     moved: str = ""
     positions: tuple[str, ...] = ()
+    lists: Lists = ()
+
+    def at(self, message: Any, field: str) -> float:
+        """The number that ``message`` has in ``field``; 0 where there is none."""
+        return at(message, field, self.lists)
 
     def placed(self, where: Callable[[str], float | None]) -> DrillCommand:
         """The same message with the positions that are known by ``where``: it is told to be where it is."""
@@ -49,7 +55,7 @@ class DrillCommand:
         for field in self.positions:
             value = where(field)
             if value is not None:
-                put(message, field, value)
+                put(message, field, value, self.lists)
         return replace(self, message=message)
 
     def payload(self) -> bytes:
@@ -61,7 +67,7 @@ class DrillCommand:
         """The same message with ``text``, raw JSON, in one field: for values that no honest program sends."""
         mark = "\u0000drill\u0000"
         message = deepcopy(self.message)
-        put(message, field, mark)
+        put(message, field, mark, self.lists)
         return json.dumps(message).replace(json.dumps(mark), text).encode()
 
 
@@ -72,8 +78,7 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
         return DrillCommand(b"\x00", PayloadKind.BYTES)
     if wanted is str:
         return DrillCommand("drill", PayloadKind.STRING)
-    positions = safety.position_fields
-    fields = tuple(field for field in motion_fields(safety) if field not in positions)
+    fields = tuple(field for field in motion_fields(safety) if field not in safety.position_fields)
     schema = wanted.model_json_schema() if isinstance(wanted, type) and issubclass(wanted, BaseModel) else {}
     message = example_of(schema, schema)
     if not isinstance(message, dict):
@@ -81,14 +86,29 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
     for field in fields:
         put(message, field, 0)
     moved = next((field for field in fields if _move(message, field, schema, safety.limits)), "")
-    for field in positions:
-        put(message, field, nearest_to(resting_place(field, safety.limits), schema_at(schema, field)))
-    command = DrillCommand(message, PayloadKind.JSON, fields, moved or next(iter(positions), ""), positions)
+    positions = _placed(message, handler, safety, schema)
+    moved = moved or next(iter(positions), "")
+    command = DrillCommand(message, PayloadKind.JSON, fields, moved, positions, safety.lists)
     try:
         PayloadReader(handler).read(command.payload())
     except Refused as refused:
         raise NoCommand(f"no valid message could be made from its schema ({refused.message or refused.code})") from None
     return command
+
+
+def _placed(
+    message: dict[str, Any], handler: DataChannelReceivable[Any], safety: ReceiverSafety, schema: Mapping[str, Any]
+) -> tuple[str, ...]:
+    """Put every position into ``message``, at rest within its range; their fields. Raises :class:`NoCommand`."""
+    positions = in_lists(safety.position_fields, safety.lists, handler.item_names, message)
+    for one in safety.lists:
+        if not any(one.holds(field) for field in positions):
+            how = f"`item_names` in {type(handler).__name__}, or one of them in `limits`"
+            raise NoCommand(f"nobody says which numbers '{one.path}' may have: name them as {how}")
+    for field in positions:
+        place = resting_place(limits_on(field, safety.limits, safety.lists))
+        put(message, field, nearest_to(place, schema_at(schema, field)), safety.lists)
+    return tuple(positions)
 
 
 def motion_fields(safety: ReceiverSafety) -> tuple[str, ...]:
@@ -97,9 +117,9 @@ def motion_fields(safety: ReceiverSafety) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*safety.motion_fields, *limited)))
 
 
-def resting_place(field: str, limits: Iterable[FieldLimit]) -> float:
-    """A place in the range of a position, so far from 0, where the range allows, that a slew from 0 would be seen."""
-    its = [limit for limit in limits if field in limit.fields]
+def resting_place(its: Sequence[FieldLimit]) -> float:
+    """A place in the range of a position with these limits, so far from 0, where the range allows, that a slew from 0
+    would be seen."""
     low = max((limit.min for limit in its if limit.min is not None), default=None)
     high = min((limit.max for limit in its if limit.max is not None), default=None)
     norms = (limit.max_norm / 2 for limit in its if limit.max_norm is not None)
@@ -170,24 +190,6 @@ def schema_at(schema: Mapping[str, Any], field: str) -> Mapping[str, Any]:
             if here.get(key):
                 here = _resolved(_first_real(here[key]), schema)
     return here
-
-
-def put(message: dict[str, Any], field: str, value: Any) -> None:
-    """Set a field by its dotted path, making what is missing on the way."""
-    *parents, last = field.split(".")
-    for name in parents:
-        inner = message.get(name)
-        if not isinstance(inner, dict):
-            inner = message[name] = {}
-        message = inner
-    message[last] = value
-
-
-def at(message: Any, field: str) -> float:
-    """A field's number by its dotted path; 0 where there is none."""
-    for name in field.split("."):
-        message = message.get(name) if isinstance(message, Mapping) else None
-    return float(message) if isinstance(message, int | float) and not isinstance(message, bool) else 0.0
 
 
 def _move(message: dict[str, Any], field: str, schema: Mapping[str, Any], limits: Iterable[FieldLimit]) -> bool:

@@ -7,7 +7,7 @@ import math
 import time
 
 from mosaic_core.drill.command_stream import CommandStream, moving, position_of
-from mosaic_core.drill.commands import GENTLE, at
+from mosaic_core.drill.commands import GENTLE
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed
 from mosaic_core.drill.rig import DrilledReceiver, Rig
 from mosaic_core.drill.silence import AT_ONCE_S, DRIVE_S, safe_act
@@ -32,12 +32,13 @@ async def holds_position(rig: Rig, subject: DrilledReceiver) -> Passed:
         reported = await _reports_while_driven(stream)
     acts = subject.recorder.commands_since(began_s)
     for field in stream.command.positions:
-        place = at(stream.command.message, field)
-        sent = max((at(act.value, field) for act in acts), key=lambda value: abs(value - place))
+        place = stream.command.at(stream.command.message, field)
+        sent = max((stream.command.at(act.value, field) for act in acts), key=lambda value: abs(value - place))
         _check(field, place, sent, 1e-9 * max(1.0, abs(place)), "sent")
         for value in reported[field]:
             _check(field, place, value, GENTLE + SENSOR_SHARE * abs(place), "moved")
-    words = " and ".join(f"{field} = {at(stream.command.message, field):g}" for field in stream.command.positions)
+    places = ((field, stream.command.at(stream.command.message, field)) for field in stream.command.positions)
+    words = " and ".join(f"{field} = {place:g}" for field, place in places)
     return Passed(words, "it stayed")
 
 

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.host import Sender
-from mosaic_core.drill.commands import DrillCommand, at
+from mosaic_core.drill.commands import DrillCommand
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ def watched(handler: DataChannelReceivable[Any], command: DrillCommand | None, *
     object.__setattr__(handler, "make_safe", _recorded(make_safe, recorder, "safe"))
     if not live:
         object.__setattr__(handler, "peer_left", _ignore)
-        object.__setattr__(handler, "reported_position", _obedient(recorder, command.message if command else {}))
+        object.__setattr__(handler, "reported_position", _obedient(recorder, command))
     return recorder
 
 
@@ -90,12 +90,12 @@ def _ignore(sender: Sender) -> None:
     """In place of ``peer_left``."""
 
 
-def _obedient(recorder: ActRecorder, beginning: Any) -> Callable[[str], float]:
+def _obedient(recorder: ActRecorder, command: DrillCommand | None) -> Callable[[str], float]:
     """In place of ``reported_position``: it is where it was sent."""
 
     def reported_position(field: str) -> float:
         last = recorder.last_command
-        return at(beginning if last is None else last.value, field)
+        return 0.0 if command is None else command.at(command.message if last is None else last.value, field)
 
     return reported_position
 

@@ -6,7 +6,6 @@ import asyncio
 import time
 
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
-from mosaic_core.drill.commands import at
 from mosaic_core.drill.findings import TOLERANCE_S, ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.recorder import Act, acts_on_silence
 from mosaic_core.drill.rig import DrilledReceiver, Rig, until
@@ -154,7 +153,7 @@ def _fall_time_s(subject: DrilledReceiver) -> float:
         for limit in subject.safety.limits
         if limit.max_fall_per_s is not None and command.moved in limit.fields
     ]
-    return abs(at(command.message, command.moved)) / min(rates) if rates else 0.0
+    return abs(command.at(command.message, command.moved)) / min(rates) if rates else 0.0
 
 
 async def _made_safe(stream: CommandStream, since_s: float, limit_s: float, cause: str = "") -> Passed:

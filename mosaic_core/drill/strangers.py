@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
-from mosaic_core.drill.commands import at
+from mosaic_core.drill.fields import limits_on
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.rig import DrilledReceiver, Rig, until
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S, safe_act
@@ -16,6 +16,7 @@ from mosaic_core.machines.commands.gates import Gate
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator import LeaseDenied
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
+from mosaic_core.words.limits import FieldLimit
 
 SETTLE_S = 0.15
 """For what was said to be carried out, or not."""
@@ -148,23 +149,31 @@ async def not_a_number(rig: Rig, subject: DrilledReceiver) -> Passed:
         return await _refused(stream, Gate.SHAPE, "safety.not_finite", lambda: stream.say(payload))
 
 
+def _limited(subject: DrilledReceiver) -> list[tuple[str, FieldLimit]]:
+    """The fields of its command that may not go further than some number above 0."""
+    safety, command = subject.safety, subject.command
+    fields = (*command.fields, *command.positions) if command else ()
+    its = ((field, limit) for field in fields for limit in limits_on(field, safety.limits, safety.lists))
+    return [(field, limit) for field, limit in its if (limit.max or limit.max_norm or 0) > 0]
+
+
 async def out_of_range(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Far more than the limits allow must arrive limited, or not at all."""
     command = subject.command
-    limited = [one for one in subject.safety.limits if (one.max or one.max_norm or 0) > 0]
+    limited = _limited(subject)
     if command is None or not limited:
         raise NotExercised("it has no limits (`safety.limits`)")
-    limit = limited[0]
+    field, limit = limited[0]
     if rig.is_live and limit.kind == "position":
         raise NotExercised("a live drill sends nothing to the end of its range")
-    field, most = limit.fields[0], min(one for one in (limit.max, limit.max_norm) if one is not None)
+    most = min(one for one in (limit.max, limit.max_norm) if one is not None)
     async with moving(rig, subject) as stream:
         began_s = time.monotonic()
         while time.monotonic() - began_s < 2 * SETTLE_S:
             stream.say(command.with_value(field, f"{most * 100:.6g}"))
             await asyncio.sleep(stream.period_s)
         acts = subject.recorder.commands_since(began_s)
-        reached = max((abs(at(act.value, field)) for act in acts), default=math.nan)
+        reached = max((abs(command.at(act.value, field)) for act in acts), default=math.nan)
         words = f"{field} ≤ {most:g}"
         if not acts and not stream.who.refusals:
             raise ExerciseFailed("the command was neither carried out nor refused", limit=words)

@@ -19,6 +19,7 @@ from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.position_slew import PositionSlew
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
+from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
@@ -299,8 +300,53 @@ class ReportRaises(Arm):
         raise OSError("the bus is gone")
 
 
+class Joints(DataChannelReceivable[JointTarget]):
+    """An arm of two joints that is moved by lists, holds where it is, and says so."""
+
+    timeout_s = 1.0
+    requires_lease = True
+    item_names = ("shoulder", "elbow")
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.is_at = {"shoulder": 60.0, "elbow": -30.0}
+
+    def reported_position(self, field: str) -> float | None:
+        return self.is_at[field.removeprefix("positions.")]
+
+    def handle_data(self, data: JointTarget) -> None:
+        self.is_at |= dict(zip(data.names, data.positions, strict=True))
+
+    def make_safe(self, cause: str) -> None:
+        """It holds by itself."""
+
+
+class JointsSwing(Joints):
+    """After a safe action its elbow begins at 0, whatever it is told."""
+
+    ramp = -30.0
+
+    def handle_data(self, data: JointTarget) -> None:
+        super().handle_data(data)
+        self.ramp = self.is_at["elbow"] = max(self.is_at["elbow"], self.ramp - 4)
+
+    def make_safe(self, cause: str) -> None:
+        self.ramp = 0.0
+
+
+class JointsUnknown(Joints):
+    item_names = ()
+
+
 class Blind(Arm):
     reported_position = DataChannelReceivable.reported_position
+
+
+LISTED = {"positions.*": {"min": 5, "max": 120, "max_rate_per_s": 90}, "positions.elbow": {"min": -50, "max": -10}}
+
+
+def joints(handler: type[Any] = Joints) -> ConnectorEntry:
+    return connector(made_by(handler), label="arm", safety={"limits": LISTED, "max_rate_hz": 40})
 
 
 def arm(handler: type[Any] = Arm, **bounds: float) -> ConnectorEntry:
@@ -351,6 +397,40 @@ async def test_no_live_drill_moves_an_arm_of_which_nobody_knows_where_it_is(
     found = (await findings(arm(handler), live=True, only=("holds-position",)))["holds-position"]
     assert found.verdict == verdict
     assert why in found.why
+
+
+async def test_an_arm_that_is_moved_by_lists_passes_the_exercises_of_its_numbers() -> None:
+    found = await findings(joints(), only=("holds-position", "out-of-range", "not-a-number"))
+    assert {one.verdict for one in found.values()} == {"passed"}, found
+    assert found["holds-position"].limit == "positions.shoulder = 62.5 and positions.elbow = -50"
+    assert found["out-of-range"].limit == "positions.shoulder ≤ 120"
+
+
+async def test_a_live_drill_leaves_every_joint_where_it_is() -> None:
+    found = (await findings(joints(), live=True, only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit) == ("passed", "positions.shoulder = 60 and positions.elbow = -30")
+
+
+async def test_one_joint_of_a_list_that_swings_by_itself_fails_when_it_is_live() -> None:
+    found = (await findings(joints(JointsSwing), live=True, only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit) == ("failed", "positions.elbow = -30")
+    assert found.why.startswith("told to stay after a safe action, it was moved elsewhere: a swing of ")
+
+
+async def test_a_framework_that_begins_at_zero_in_a_list_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    began_at_zero = lambda slew, field, held, now_s: held[field].value if held[field].is_sure else 0.0  # noqa: E731
+    start = PositionSlew._start
+    monkeypatch.setattr(PositionSlew, "_start", lambda *its: began_at_zero(*its) if its[2] else start(*its))
+    found = (await findings(joints(), only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit) == ("failed", "positions.shoulder = 62.5")
+    assert "told to stay after a safe action, it was sent elsewhere: a swing of " in found.why
+
+
+async def test_a_list_of_which_nobody_names_a_number_is_not_drilled_and_the_cure_is_told() -> None:
+    entry = connector(made_by(JointsUnknown), label="arm", safety={"max_rate_hz": 40})
+    found = (await findings(entry, only=("holds-position",)))["holds-position"]
+    assert found.verdict == "skipped", found
+    assert "nobody says which numbers 'positions' may have: name them as `item_names` in JointsUnknown" in str(found)
 
 
 async def test_no_live_drill_sends_an_arm_to_the_end_of_its_range() -> None:

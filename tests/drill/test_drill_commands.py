@@ -12,7 +12,8 @@ from pydantic import Field, TypeAdapter, create_model
 
 from mosaic_core import DataChannelReceivable
 from mosaic_core.contract.params import Message
-from mosaic_core.drill.commands import NoCommand, at, example_of, moving_command, put
+from mosaic_core.drill.commands import NoCommand, example_of, moving_command
+from mosaic_core.drill.fields import at, put
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
