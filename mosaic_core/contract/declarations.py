@@ -51,6 +51,13 @@ def check_widget(cls: type, widget: object) -> None:
         raise wrong_declaration(cls, message, cure)
 
 
+def check_sent(cls: type, sends: object) -> None:
+    """Refuse a type of what it sends that is none."""
+    if sends is not None and not (isinstance(sends, type) and issubclass(sends, BaseModel)):
+        message = f"sends is {sends!r}, and no type of messages."
+        raise wrong_declaration(cls, message, "Name a subclass of Message, or leave it out.")
+
+
 def check_fields(cls: type, fields: MessageFields, velocities: Iterable[str], positions: Iterable[str]) -> None:
     """Refuse fields that its messages don't have, and those that would be both. One that a message may say under two
     names is told when the robot starts."""

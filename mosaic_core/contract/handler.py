@@ -22,6 +22,7 @@ from mosaic_core.contract.declarations import (
     check_lists,
     check_media_delivery,
     check_resource,
+    check_sent,
     check_timeout,
     check_widget,
 )
@@ -134,6 +135,8 @@ class Handler:
     is_for_originals: bool = False
     """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
     ``watched`` body of the connector's first handler."""
+    is_part: ClassVar[bool] = False
+    """It means something only together with the other handlers of its connector: operators see them as one."""
     widget: ClassVar[str | None] = None
     """The widget that shows it best, a hint for the dashboard: one of
     :data:`~mosaic_core.words.catalogue.WIDGET_HINTS`, or one that a distribution ships, which is named with its module:
@@ -256,12 +259,23 @@ _DECLARED: dict[type, DeclaredMessage] = {}
 
 
 def _declared_by(handler: type) -> DeclaredMessage:
-    """What this class of handlers sends; of a bidirectional one nothing is declared."""
+    """What this class of handlers sends."""
     found = _DECLARED.get(handler)
     if found is None:
-        declared = message_type_of(handler) if issubclass(handler, DataChannelSendable) else None
+        declared = sent_type_of(handler) if _declares(handler) else None
         found = _DECLARED[handler] = DeclaredMessage(handler, declared)
     return found
+
+
+def sent_type_of(handler: type) -> Any:
+    """What it sends: the ``T`` of a sender, ``sends`` of a bidirectional one; ``None``: nothing is declared."""
+    if issubclass(handler, DataChannelSendable):
+        return message_type_of(handler)
+    return handler.sends if issubclass(handler, DataChannelBidirectional) else None
+
+
+def _declares(handler: type) -> bool:
+    return issubclass(handler, DataChannelSendable) or sent_type_of(handler) is not None
 
 
 class _Sends(Handler):
@@ -274,7 +288,7 @@ class _Sends(Handler):
         if text is None:
             self.count_loss("refused")
             return False
-        if isinstance(self, DataChannelSendable):
+        if _declares(type(self)):
             declared.check(value)
         return self._send(PayloadKind.JSON, text.encode(), to)
 
@@ -297,7 +311,7 @@ class _Sends(Handler):
     def send(self, value: Any, to: Sender | None = None) -> bool:
         """Whatever ``messages()`` yields: a message or mapping as JSON, ``str``, or ``bytes``. Raises
         :class:`MosaicError` (``plugin.wrong_message``) for what the class does not declare."""
-        if isinstance(value, str | bytes | bytearray | memoryview) and isinstance(self, DataChannelSendable):
+        if isinstance(value, str | bytes | bytearray | memoryview) and _declares(type(self)):
             _declared_by(type(self)).check(value)
         if isinstance(value, str):
             return self.send_string(value, to)
@@ -427,11 +441,19 @@ class DataChannelByteReceivable(DataChannelReceivable[bytes]):
 
 
 class DataChannelBidirectional(DataChannelReceivable[T], _Sends):
-    """Sends and receives on one channel: implement ``handle_data``, answer with ``send_json(value, to=sender)``."""
+    """Sends and receives on one channel: implement ``handle_data``, answer with ``send_json(value, to=sender)``.
+
+    ``T`` is what it takes, :attr:`sends` what it sends.
+    """
+
+    sends: ClassVar[type[Message] | None] = None
+    """The type of what it sends: its schema goes into the catalogue, and what it sends is held against it. ``None``:
+    any JSON."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.data_type = MosaicDataType.JSON_BI
+        check_sent(cls, cls.sends)
 
 
 class MediaTrackHandler(Handler):

@@ -122,6 +122,8 @@ def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Any:
     """What the class says that can't be meant."""
     if "handle_data" in vars(cls):
         yield "write `answer(self, question, request)` instead of `handle_data`"
+    if cls.sends is not None:
+        yield "`sends` is for what is sent unasked; an answer is the second type of `RequestHandler[Q, A]`"
     if cls.timeout_s is not None:
         yield "`timeout_s` is for receivers that move something on and on; a request has `answer_within_s`"
     if cls.motion_fields or cls.limits:

@@ -161,7 +161,8 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
     if live and command is not None and command.positions and not reports_position(receiver):
         command, no_command = None, "it does not report its position, so a live drill would move it without knowing"
     recorder = watched(receiver, command, live=live)
-    return DrilledReceiver(receiver.label, receiver, safety, connector.delivery, recorder, command, no_command)
+    mode = connector.terms_of(receiver).mode
+    return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, command, no_command)
 
 
 async def until(condition: Callable[[], object], timeout_s: float) -> bool:

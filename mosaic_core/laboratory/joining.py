@@ -27,6 +27,7 @@ from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Co
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.lease_groups import lease_groups
 from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, InstalledConnector
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.runtime.robot import Robot
@@ -148,8 +149,7 @@ async def running_robot(
 
 
 async def _take_leases(connection: RobotConnection, configured: Configured) -> None:
-    needed = [one.safety.resource for one in configured.connectors if one.safety.requires_lease]
-    for resource in dict.fromkeys(needed):
+    for resource in lease_groups(configured.connectors):
         await connection.control.take(resource)
 
 

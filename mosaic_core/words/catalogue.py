@@ -50,13 +50,6 @@ def is_widget_hint(name: str) -> bool:
     return name in WIDGET_HINTS or "/" in name
 
 
-class ChannelEntry(WireModel):
-    """One data channel of a connector; most connectors have one whose label is the connector's."""
-
-    label: PlainText
-    data_type: MosaicDataType
-
-
 MAX_WIDGET_MODULE_BYTES = 2 * 1024 * 1024
 """Of the ES module in which a plugin ships widgets: a page waits for it, and whoever serves it keeps it in memory."""
 
@@ -71,7 +64,47 @@ class WidgetModule(WireModel):
     size_bytes: int = Field(ge=0, le=MAX_WIDGET_MODULE_BYTES)
 
 
-class CatalogueEntry(WireModel):
+class MessageEntry(WireModel):
+    """What travels under a label, and by which rules."""
+
+    widget: str | None = Field(default=None, description="Hint: the widget that shows it best.")
+    widget_module: WidgetModule | None = Field(default=None, description="Where that widget is, if a plugin ships it.")
+    schema_id: PlainText | None = Field(default=None, description="The known shape of its messages: `mosaic/Twist@1`.")
+    message_schema: dict[str, Any] | None = Field(
+        default=None, description="JSON Schema of one message, with units; both ways: of one that operators send."
+    )
+    sent_schema_id: PlainText | None = Field(
+        default=None, description="Both ways: the known shape of what the robot sends."
+    )
+    sent_schema: dict[str, Any] | None = Field(
+        default=None, description="Both ways: JSON Schema of a message that the robot sends."
+    )
+    answer_schema: dict[str, Any] | None = Field(
+        default=None, description="Of a connector that answers requests: JSON Schema of an answer."
+    )
+    safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
+
+    def _without_schemas(self) -> dict[str, Any]:
+        return dict.fromkeys(("message_schema", "sent_schema", "answer_schema"))
+
+
+class ChannelEntry(MessageEntry):
+    """One data channel of a connector; most connectors have one whose label is the connector's.
+
+    One with a `delivery` stands for itself: operators see it as if it were a connector, with what else is said here.
+    Without one it is a part of its connector, which says everything.
+    """
+
+    label: PlainText
+    data_type: MosaicDataType
+    delivery: Delivery | None = None
+
+    def short(self) -> ChannelEntry:
+        """Without schemas."""
+        return self.model_copy(update=self._without_schemas())
+
+
+class CatalogueEntry(MessageEntry):
     """One connector as operators see it."""
 
     label: PlainText
@@ -81,18 +114,28 @@ class CatalogueEntry(WireModel):
     direction: Direction
     channels: tuple[ChannelEntry, ...] = ()
     delivery: Delivery = Delivery.RELIABLE
-    widget: str | None = Field(default=None, description="Hint: the widget that shows this connector best.")
-    widget_module: WidgetModule | None = Field(default=None, description="Where that widget is, if a plugin ships it.")
-    schema_id: PlainText | None = Field(default=None, description="The known shape of its messages: `mosaic/Twist@1`.")
-    message_schema: dict[str, Any] | None = Field(default=None, description="JSON Schema of one message, with units.")
-    answer_schema: dict[str, Any] | None = Field(
-        default=None, description="Of a connector that answers requests: JSON Schema of an answer."
-    )
-    safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
 
     def short(self) -> CatalogueEntry:
-        """Without the schema, for the signaling socket."""
-        return self.model_copy(update={"message_schema": None, "answer_schema": None})
+        """Without schemas, for the signaling socket."""
+        channels = tuple(channel.short() for channel in self.channels)
+        return self.model_copy(update={**self._without_schemas(), "channels": channels})
+
+    def apart(self) -> tuple[CatalogueEntry, ...]:
+        """This connector, or if its channels stand for themselves one entry for each of them."""
+        alone = tuple(self._alone(channel) for channel in self.channels if channel.delivery is not None)
+        return alone or (self,)
+
+    def _alone(self, channel: ChannelEntry) -> CatalogueEntry:
+        said = {name: getattr(channel, name) for name in MessageEntry.model_fields}
+        return CatalogueEntry(
+            label=channel.label,
+            type=self.type,
+            data_type=channel.data_type,
+            direction=channel.data_type.direction,
+            channels=(ChannelEntry(label=channel.label, data_type=channel.data_type),),
+            delivery=channel.delivery or self.delivery,
+            **said,
+        )
 
 
 class Catalogue(WireModel):
@@ -107,6 +150,10 @@ class Catalogue(WireModel):
         full = tuple(entries)
         text = to_json([entry.wire() for entry in full])
         return cls(hash=hashlib.sha256(text.encode()).hexdigest()[:16], entries=full)
+
+    def apart(self) -> tuple[CatalogueEntry, ...]:
+        """What operators see: every connector, and of one whose channels stand for themselves each channel."""
+        return tuple(one for entry in self.entries for one in entry.apart())
 
     def short(self) -> Catalogue:
         """The same catalogue (same hash) without schemas."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import pytest
@@ -43,7 +44,7 @@ class Wish(Message):
 class Sled(DataChannelReceivable[Wish]):
     """Somebody else's receiver: one number, a time-out, a safe action."""
 
-    timeout_s = 1.0
+    timeout_s: float | None = 1.0
     requires_lease = True
     motion_fields: ClassVar[tuple[str, ...]] = ("speed_mps",)
     told: ClassVar[list[Any]] = []
@@ -305,7 +306,7 @@ class Joints(DataChannelReceivable[JointTarget]):
 
     timeout_s = 1.0
     requires_lease = True
-    item_names = ("shoulder", "elbow")
+    item_names: Sequence[str] = ("shoulder", "elbow")
 
     def __init__(self, label: str) -> None:
         super().__init__(label)

@@ -15,7 +15,7 @@ import pytest
 from mosaic_core.contract import hooks
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.delivery.delivery_terms import terms_of
+from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity, StartPeer
 from mosaic_core.runtime.configuration.connector import Connector
@@ -317,7 +317,8 @@ def connector_of(
     """A built connector without a YAML file."""
     first = handlers[0]
     name = label or first.label
-    terms = terms_of(delivery or first.delivery)
+    contract = DeliveryContract(mode=delivery) if isinstance(delivery, Delivery) else delivery
+    terms = terms_of(chosen(first.delivery, contract))
     entry = CatalogueEntry(
         label=name,
         type="test",
@@ -327,13 +328,12 @@ def connector_of(
         channels=tuple(ChannelEntry(label=handler.label, data_type=handler.data_type) for handler in handlers),
         delivery=terms.mode,
     )
-    config = ConnectorConfig(type="test", label=name)
+    config = ConnectorConfig(type="test", label=name, delivery=contract)
     return Connector(
         config,
         tuple(handlers),
         entry,
         SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})}),
-        terms,
     )
 
 

@@ -16,8 +16,7 @@ from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry, effective_safety, safety_limits
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
 from mosaic_core.runtime.configuration.connector import Connector
@@ -171,11 +170,8 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
 
 
 def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connector:
-    safety = effective_safety(one.safety, handlers)
-    terms = terms_of(chosen(handlers[0].delivery, one.config.delivery))
-    entry = catalogue_entry(one.config.label, one.config.type, handlers)
-    entry = entry.model_copy(update={"delivery": terms.mode, "safety": safety_limits(safety, handlers)})
-    return Connector(one.config, handlers, entry, safety, terms)
+    entry = catalogue_entry(one.config.label, one.config.type, handlers, one.safety, one.config.delivery)
+    return Connector(one.config, handlers, entry, one.safety)
 
 
 def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, CheckedConnector]) -> list[Problem]:

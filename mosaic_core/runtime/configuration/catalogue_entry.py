@@ -7,56 +7,93 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, sent_type_of
 from mosaic_core.contract.request_handler import RequestHandler, answer_schema
-from mosaic_core.machines.delivery.delivery_terms import terms_of
+from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
+from mosaic_core.runtime.configuration.connector import channel_groups
+from mosaic_core.runtime.configuration.receiver_safety import bounds_of
 from mosaic_core.runtime.widgets.widget_modules import announced_module
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.safety_config import SlowDown
 
+_NOTHING = SafetyConfig()
 
-def effective_safety(safety: SafetyConfig, handlers: Sequence[Handler]) -> SafetyConfig:
-    """The file's limits; where it says nothing, the handlers' own count."""
-    own = [handler.timeout_s for handler in receivers(handlers) if handler.timeout_s is not None]
-    more: dict[str, Any] = {}
-    if safety.timeout_s is None and own:
-        more["timeout_s"] = min(own)
-    if safety.requires_lease is None and any(handler.requires_lease for handler in receivers(handlers)):
+
+def effective_safety(safety: SafetyConfig, handler: DataChannelReceivable[Any]) -> SafetyConfig:
+    """The file's limits of one receiver; where it says nothing, the receiver's own count."""
+    more: dict[str, Any] = {"limits": bounds_of(handler, safety)}
+    if safety.timeout_s is None and handler.timeout_s is not None:
+        more["timeout_s"] = handler.timeout_s
+    if safety.requires_lease is None and handler.requires_lease:
         more["requires_lease"] = True
-    if safety.slow_down is None and any(one.motion_fields or one.position_fields for one in receivers(handlers)):
+    if "resource" not in safety.model_fields_set:
+        more["resource"] = handler.resource
+    if safety.slow_down is None and (handler.motion_fields or handler.position_fields):
         more["slow_down"] = SlowDown()
     return safety.model_copy(update=more)
 
 
-def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]) -> CatalogueEntry:
-    """The entry, without its safety; ``delivery`` is the handler's own."""
+def catalogue_entry(
+    label: str,
+    connector_type: str,
+    handlers: Sequence[Handler],
+    safety: SafetyConfig = _NOTHING,
+    delivery: DeliveryContract | None = None,
+) -> CatalogueEntry:
+    """The entry. ``safety`` and ``delivery``: what the file says."""
     first = handlers[0]
     directions = {handler.direction for handler in handlers}
+    told = [one for one in handlers if one.data_type is not MosaicDataType.MEDIA and not one.is_for_originals]
+    stand_alone = len(channel_groups(label, handlers)) > 1
+    hint = widget_hint(handlers)
+    widget = {"widget": hint, "widget_module": announced_module(hint)}
     return CatalogueEntry(
         label=label,
         type=connector_type,
         kind=first.kind,
         data_type=first.data_type,
         direction=directions.pop() if len(directions) == 1 else Direction.BOTH,
-        channels=tuple(
-            ChannelEntry(label=handler.label, data_type=handler.data_type)
-            for handler in handlers
-            if handler.data_type is not MosaicDataType.MEDIA and not handler.is_for_originals
-        ),
-        delivery=terms_of(first.delivery).mode,
-        widget=widget_hint(handlers),
-        widget_module=announced_module(widget_hint(handlers)),
-        schema_id=getattr(message_type_of(type(first)), "schema_id", "") or None,
-        message_schema=message_schema(first),
-        answer_schema=answer_schema(type(first)) if isinstance(first, RequestHandler) else None,
+        channels=tuple(_channel(handler, safety, delivery, stands_alone=stand_alone) for handler in told),
+        delivery=terms_of(chosen(first.delivery, delivery)).mode,
+        safety=safety_limits(safety, handlers),
+        **{**_messages_of(first), **widget},
     )
 
 
 def widget_hint(handlers: Sequence[Handler]) -> str | None:
     """The widget that the first handler with an opinion names."""
     return next((handler.widget for handler in handlers if handler.widget), None)
+
+
+def _channel(
+    handler: Handler, safety: SafetyConfig, delivery: DeliveryContract | None, *, stands_alone: bool
+) -> ChannelEntry:
+    if not stands_alone:
+        return ChannelEntry(label=handler.label, data_type=handler.data_type)
+    return ChannelEntry(
+        label=handler.label,
+        data_type=handler.data_type,
+        delivery=terms_of(chosen(handler.delivery, delivery)).mode,
+        safety=safety_limits(safety, [handler]),
+        **_messages_of(handler),
+    )
+
+
+def _messages_of(handler: Handler) -> dict[str, Any]:
+    """What travels on its channel."""
+    sent = sent_type_of(type(handler)) if isinstance(handler, DataChannelReceivable) else None
+    return {
+        "widget": handler.widget,
+        "widget_module": announced_module(handler.widget),
+        "schema_id": getattr(message_type_of(type(handler)), "schema_id", "") or None,
+        "message_schema": message_schema(handler),
+        "sent_schema_id": getattr(sent, "schema_id", "") or None,
+        "sent_schema": None if sent is None else sent.model_json_schema(mode="serialization"),
+        "answer_schema": answer_schema(type(handler)) if isinstance(handler, RequestHandler) else None,
+    }
 
 
 def message_schema(handler: Handler) -> dict[str, Any] | None:
@@ -73,14 +110,27 @@ def receivers(handlers: Sequence[Handler]) -> list[DataChannelReceivable[Any]]:
 
 
 def safety_limits(safety: SafetyConfig, handlers: Sequence[Handler]) -> dict[str, Any] | None:
-    """The limits as the catalogue shows them; ``None`` where nothing is received or limited."""
-    if not receivers(handlers):
+    """The limits as the catalogue shows them, of several receivers the strictest; ``None`` where nothing is received or
+    limited."""
+    its = [effective_safety(safety, handler) for handler in receivers(handlers)]
+    if not its:
         return None
-    limits = safety.model_dump(mode="json", exclude_none=True)
+    strictest = _strictest(its)
+    limits = strictest.model_dump(mode="json", exclude_none=True)
     if not limits["limits"]:
         del limits["limits"]
-    if not safety.requires_lease:
+    if not strictest.requires_lease:
         del limits["resource"]
-    if safety.timeout_s is None or safety.on_timeout == "callback":
+    if strictest.timeout_s is None or strictest.on_timeout == "callback":
         del limits["on_timeout"]
     return limits or None
+
+
+def _strictest(its: Sequence[SafetyConfig]) -> SafetyConfig:
+    """The shortest time-out, a lease if any needs one, and all limits."""
+    leased = next((one for one in its if one.requires_lease), its[0])
+    timeouts = [one.timeout_s for one in its if one.timeout_s is not None]
+    slow_down = next((one.slow_down for one in its if one.slow_down is not None), None)
+    limits = {field: bounds for one in reversed(its) for field, bounds in one.limits.items()}
+    more = {"timeout_s": min(timeouts, default=None), "slow_down": slow_down, "limits": limits}
+    return leased.model_copy(update=more)

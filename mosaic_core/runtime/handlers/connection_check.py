@@ -17,11 +17,14 @@ from mosaic_core.contract.params import NoParams
 class EchoSender(DataChannelSendable[str]):
     """Answers on ``L-sender``."""
 
+    is_part: ClassVar[bool] = True
+
 
 class EchoReceiver(DataChannelStringReceivable):
     """Takes on ``L-receiver``; the answer goes to the operator that asked, and to no other."""
 
     takes_observers: ClassVar[bool] = True
+    is_part: ClassVar[bool] = True
 
     def __init__(self, label: str, answers: EchoSender) -> None:
         super().__init__(label)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import get_args
 
 from mosaic_core.contract.host import Loss
-from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.connector import ChannelGroup, Connector
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.handlers.routes import Route
 from mosaic_core.runtime.handlers.runner import Runner
@@ -21,8 +21,8 @@ _WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
 
 @dataclass(frozen=True, slots=True)
 class ConnectorRows:
-    """Looks at what runs the handlers: routes, runners, failures and losses by the handler's label, counters by the
-    connector's. Event loop only."""
+    """Looks at what runs the handlers: routes, counters, runners, failures and losses by the handler's label. Event loop
+    only."""
 
     routes: Mapping[str, Route]
     counters: Mapping[str, ConnectorCounters]
@@ -32,10 +32,12 @@ class ConnectorRows:
     failures: Mapping[str, Failures]
     losses: Mapping[str, HandlerLosses]
 
-    def of(self, connector: Connector, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
-        now_s, counters = time.monotonic(), self.counters[connector.config.label]
+    def of(self, connector: Connector, group: ChannelGroup, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
+        """The row of the handlers of ``connector`` that operators see as one."""
+        labels, first = [handler.label for handler in group.handlers], group.handlers[0]
+        now_s, counters = time.monotonic(), self.counters[labels[0]]
         rate_hz, bytes_per_s = counters.meter.rates(now_s)
-        labels = [handler.label for handler in connector.handlers]
+        is_whole = len(connector.groups) == 1
         failing = [self.failures[label] for label in labels]
         states = [self._state(label) for label in labels]
         worst = next((one for one, state in zip(failing, states, strict=True) if state == "failed"), None)
@@ -43,11 +45,11 @@ class ConnectorRows:
         lost = {reason: getattr(counters, reason) + self._left_out(labels, reason) for reason in get_args(Loss)}
         lost["replaced"] += self._replaced_in(labels)
         return ConnectorSnapshot(
-            label=connector.config.label,
+            label=group.label,
             type=connector.config.type,
-            kind=str(connector.entry.kind),
-            direction=str(connector.entry.direction),
-            delivery=str(connector.delivery),
+            kind=str(first.kind),
+            direction=str(connector.entry.direction if is_whole else first.direction),
+            delivery=str(connector.terms_of(first).mode),
             state=next((state for state in _WORST_FIRST if state in states), "running"),
             peers=max((self.outbox.listeners(label) or self.media.viewers(label) for label in labels), default=0),
             messages=counters.messages,

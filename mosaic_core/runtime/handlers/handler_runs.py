@@ -70,6 +70,7 @@ class HandlerRuns:
         self._listener = listener
         self._links = links
         self.counters: dict[str, ConnectorCounters] = {}
+        """By the label of a handler; handlers that operators see as one count together."""
         self.routes: dict[str, Route] = {}
         self.outbox = Outbox(loop, self._watched)
         self.media = MediaHub(open_stream, self._watched, open_sound)
@@ -92,19 +93,21 @@ class HandlerRuns:
 
     def _add(self, connector: Connector) -> None:
         """Make ways for everything that a new connector sends and takes."""
-        counters = self.counters.setdefault(connector.config.label, ConnectorCounters())
+        for group in connector.groups:
+            counters = ConnectorCounters()
+            self.counters.update((handler.label, counters) for handler in group.handlers)
         for handler in connector.handlers:
             self._take(handler, [one.label for one in connector.handlers])
         for route in data_routes([connector], self.counters).values():
             self.routes[route.label] = route
             audience = self._with_receiver(route)
-            self.outbox.add_channel(route.label, connector.terms, counters, audience)
+            self.outbox.add_channel(route.label, route.terms, route.counters, audience)
         for _, camera in handlers_of([connector], MediaTrackHandler):
-            self.media.add_label(camera.label, camera.encoding, counters, camera.packet_codec)
+            self.media.add_label(camera.label, camera.encoding, self.counters[camera.label], camera.packet_codec)
         for _, microphone in handlers_of([connector], AudioTrackHandler):
-            self.media.add_microphone(microphone.label, microphone.encoding, counters)
+            self.media.add_microphone(microphone.label, microphone.encoding, self.counters[microphone.label])
         for _, speaker in handlers_of([connector], AudioReceivable):
-            self.talk.add_label(speaker, self._failures[speaker.label], counters)
+            self.talk.add_label(speaker, self._failures[speaker.label], self.counters[speaker.label])
 
     def _take_over(self, connector: Connector) -> None:
         """Let a connector have the ways of the one that it replaces, which has the same ones."""
@@ -115,8 +118,7 @@ class HandlerRuns:
             route.connector, route.handler, route.safety, route.receiver = connector, fresh.handler, fresh.safety, None
             self.outbox.set_audience(route.label, self._with_receiver(route))
         for _, speaker in handlers_of([connector], AudioReceivable):
-            counters = self.counters[connector.config.label]
-            self.talk.add_label(speaker, self._failures[speaker.label], counters)
+            self.talk.add_label(speaker, self._failures[speaker.label], self.counters[speaker.label])
 
     def _with_receiver(self, route: Route) -> RequestDesk | None:
         """Give the route its receiver, if its handler takes anything; whom answers go through."""
@@ -155,7 +157,7 @@ class HandlerRuns:
             failures,
             self._outcomes.put,
             newest_only=route.is_latest,
-            limits=route.connector.terms.limits,
+            limits=route.terms.limits,
             max_age_s=route.max_age_s,
             measures_of=self._links.measures_of,
             requests=requests,
@@ -214,7 +216,7 @@ class HandlerRuns:
             self.media.remove_label(handler.label)
             self._failures.pop(handler.label, None)
             self._losses.pop(handler.label, None)
-        self.counters.pop(connector.config.label, None)
+            self.counters.pop(handler.label, None)
 
     def _receiver_at(self, label: str) -> Receiver | None:
         route = self.routes.get(label)
@@ -291,6 +293,10 @@ class HandlerRuns:
         self._listener.connector_failed(*failure)
 
     def snapshot(self, limit_factors: Mapping[str, float]) -> tuple[ConnectorSnapshot, ...]:
-        """One row per connector, in the order of the YAML file. ``limit_factors``: what is left of the speed, by label
-        of the receiver."""
-        return tuple(self._rows.of(connector, limit_factors) for connector in self._connectors)
+        """One row per connector, in the order of the YAML file, and of one whose channels stand for themselves one per
+        channel. ``limit_factors``: what is left of the speed, by label of the receiver."""
+        return tuple(
+            self._rows.of(connector, group, limit_factors)
+            for connector in self._connectors
+            for group in connector.groups
+        )

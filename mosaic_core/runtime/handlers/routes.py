@@ -16,6 +16,7 @@ from mosaic_core.contract.handler import (
     message_type_of,
 )
 from mosaic_core.machines.commands.release_first import PAUSE_S
+from mosaic_core.machines.delivery.delivery_terms import DeliveryTerms
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.configuration.catalogue_entry import message_schema
 from mosaic_core.runtime.configuration.connector import Connector
@@ -42,12 +43,17 @@ class Route:
     receiver: Receiver | None = None
 
     @property
+    def terms(self) -> DeliveryTerms:
+        """How its messages travel."""
+        return self.connector.terms_of(self.handler)
+
+    @property
     def priority(self) -> Priority:
-        return self.connector.terms.priority
+        return self.terms.priority
 
     @property
     def is_latest(self) -> bool:
-        return self.connector.delivery is Delivery.LATEST
+        return self.terms.mode is Delivery.LATEST
 
     @property
     def max_age_s(self) -> float | None:
@@ -66,11 +72,9 @@ class Route:
 
 
 def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCounters]) -> dict[str, Route]:
-    """Every data channel by its label. ``counters``: by the connector's label."""
+    """Every data channel by its label. ``counters``: by the handler's label."""
     return {
-        handler.label: Route(
-            handler.label, connector, handler, counters[connector.config.label], _safety(connector, handler)
-        )
+        handler.label: Route(handler.label, connector, handler, counters[handler.label], _safety(connector, handler))
         for connector, handler in handlers_of(connectors, Handler)
         if not isinstance(handler, MediaTrackHandler | AudioTrackHandler | AudioReceivable)
     }

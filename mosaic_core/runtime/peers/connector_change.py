@@ -19,7 +19,7 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.peers.site import RouteChange
 from mosaic_core.words.data_type import Direction, MosaicDataType
 
-Shape = tuple[str, MosaicDataType, Direction, bool, DeliveryTerms, object, object]
+Shape = tuple[str, MosaicDataType, Direction, bool, bool, DeliveryTerms, object, object]
 
 
 def takes_ways(old: Connector | None, new: Connector) -> bool:
@@ -36,7 +36,8 @@ def _shape(handler: Handler, connector: Connector) -> Shape:
         handler.data_type,
         handler.direction,
         handler.is_for_originals,
-        connector.terms,
+        handler.is_part,
+        connector.terms_of(handler),
         _encoding(handler),
         _is_repeated(handler, connector),
     )

@@ -102,7 +102,7 @@ class PeerChannels:
         if self._ports.get(route.label) is not port:
             return
         queue = self._carriers[route.label]
-        queue.open(port.channel, route.priority, route.connector.terms.limits)
+        queue.open(port.channel, route.priority, route.terms.limits)
         if port.is_framed and self._resume.opens(route.label):
             self._resume.attach(route.label, queue, port)
             return

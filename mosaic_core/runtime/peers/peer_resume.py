@@ -150,7 +150,7 @@ class PeerResume:
         self._session, self._teller.receivers = session, session.receivers
         routes = self._site.routes
         taking = [label for label, route in routes.items() if _takes(route)]
-        sending = {label: route.connector.terms.limits for label, route in routes.items() if _sends(route)}
+        sending = {label: route.terms.limits for label, route in routes.items() if _sends(route)}
         received = theirs.received if theirs.boot_id == self._site.boot_id else {}
         book.resume(session, received, sending)
         for label in taking:
@@ -203,7 +203,7 @@ class PeerResume:
 def _sends(route: Route) -> bool:
     """What the robot sends there is numbered across connections. Bulk is not: a map is sent anew."""
     is_receiver_only = route.handler.direction is Direction.TO_ROBOT
-    return not is_receiver_only and route.priority is Priority.RELIABLE and not route.connector.terms.limits.newest_wins
+    return not is_receiver_only and route.priority is Priority.RELIABLE and not route.terms.limits.newest_wins
 
 
 def _takes(route: Route) -> bool:

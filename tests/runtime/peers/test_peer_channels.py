@@ -140,7 +140,7 @@ class Scene:
         self.heard: list[tuple[str, bool]] = []
         self.outbox = Outbox(asyncio.get_running_loop(), lambda label, on: self.heard.append((label, on)))
         for route in self.routes.values():
-            self.outbox.add_channel(route.label, route.connector.terms, route.counters)
+            self.outbox.add_channel(route.label, route.terms, route.counters)
         self.leases = SimpleNamespace(asked=[], refusal=self._lease)
         self.latch = StopLatch()
         self.measured: list[tuple[Any, ...]] = []
@@ -161,7 +161,7 @@ class Scene:
 
     @staticmethod
     def route(label: str, kind: Any, delivery: Delivery = Delivery.RELIABLE, *more: Any) -> Route:
-        connector: Any = SimpleNamespace(terms=terms_of(delivery), delivery=delivery)
+        connector: Any = SimpleNamespace(terms_of=lambda handler: terms_of(delivery))
         return Route(label, connector, kind(label), ConnectorCounters(), *(more or (ReceiverSafety(),)))
 
     def _gates_of(self, safety: Any, legacy: Any, *more: Any) -> CommandChannel:

@@ -38,7 +38,7 @@ class Orders(DataChannelReceivable[dict[str, Any]]):
 
 
 def route(label: str, kind: type[Any], delivery: Delivery = Delivery.RELIABLE, safety: Any = None) -> Route:
-    connector: Any = SimpleNamespace(terms=terms_of(delivery), delivery=delivery)
+    connector: Any = SimpleNamespace(terms_of=lambda handler: terms_of(delivery))
     return Route(label, connector, kind(label), ConnectorCounters(), safety or ReceiverSafety())
 
 
@@ -62,7 +62,7 @@ class Robot:
         }
         outbox = Outbox(asyncio.get_running_loop(), lambda label, on: None)
         for one in self.routes.values():
-            outbox.add_channel(one.label, one.connector.terms, one.counters)
+            outbox.add_channel(one.label, one.terms, one.counters)
         book = SessionBook(outbox, lambda label: self.routes[label].counters)
         self.site: Any = SimpleNamespace(routes=self.routes, outbox=outbox, sessions=book, boot_id="robot")
 

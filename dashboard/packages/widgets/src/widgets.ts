@@ -270,7 +270,7 @@ export const widgets: readonly WidgetDefinition[] = [
     id: 'json-sender',
     title: 'Send a message',
     icon: IconSend,
-    accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, priority: 8 },
+    accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, bothWays: true, priority: 8 },
     ...panel(4),
     Component: lazyWidget(() => import('./JsonSender/JsonSender').then((file) => file.JsonSender)),
   },

@@ -62,8 +62,9 @@ export function suggested(connectorId: string, connectorType: string, params?: R
 export function widgetOfValue(dataType: MosaicDataType, value: unknown): string | undefined {
   const entry = describedEntry({ connectorId: 'x', connectorType: '', dataType })
   if (entry === null) return undefined
-  const shown = chooseWidget(widgets, { ...entry, messageSchema: schemaOf(value) })
-  return shown !== null && fitOf(shown, { ...entry, messageSchema: schemaOf(value) }) === 'schema' ? shown.id : undefined
+  const told = { ...entry, [dataType === 'json-bi' ? 'sentSchema' : 'messageSchema']: schemaOf(value) }
+  const shown = chooseWidget(widgets, told)
+  return shown !== null && fitOf(shown, told) === 'schema' ? shown.id : undefined
 }
 
 /** As much of a JSON Schema as a single value tells. */

@@ -1,5 +1,6 @@
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
+import { arrivingSchema } from '../schema/arrivingSchema'
 import { fieldValues, formatted } from '../schema/messageFields'
 import { jsonOf } from '../stores/decode'
 import { useLatest } from '../stores/useReceived'
@@ -15,7 +16,7 @@ export function Battery({ entry, store }: WidgetProps) {
   const decoded = jsonOf(latest.data)
   const message = decoded.ok ? decoded.value : null
   const percent = percentOf(message)
-  const rest = fieldValues(entry.messageSchema, message).filter(
+  const rest = fieldValues(arrivingSchema(entry), message).filter(
     (field) => !LEVEL_FIELDS.includes(field.path.join('.')) && field.path.at(-1) !== 'timestamp',
   )
   return (

@@ -7,10 +7,14 @@ import type { WidgetProps } from '../registry/WidgetDefinition'
 import { prettyJson } from '../RawJson/prettyJson'
 import type { AnyStore } from '../stores/storeKinds'
 import { useLatest } from '../stores/useReceived'
+import { ValueCards } from '../ValueCards/ValueCards'
 import classes from './JsonSender.module.css'
 
-/** Sends what is entered: a form of its schema or JSON, or plain text where the connector takes text. */
-export function JsonSender({ entry, store }: WidgetProps) {
+/**
+ * Sends what is entered: a form of its schema or JSON, or plain text where the connector takes text. What the robot sends
+ * back is shown as values where it says what that is.
+ */
+export function JsonSender({ robotId, entry, store }: WidgetProps) {
   const draft = useMessageDraft(entry.messageSchema, entry.dataType !== 'string-u2r')
   const sender = useSender(store, 'Ctrl+Enter sends')
   const send = () => {
@@ -29,7 +33,13 @@ export function JsonSender({ entry, store }: WidgetProps) {
           Send
         </Button>
       </div>
-      <Answer store={store} />
+      {entry.sentSchema === undefined ? (
+        <Answer store={store} />
+      ) : (
+        <div className={classes.values}>
+          <ValueCards robotId={robotId} entry={entry} store={store} />
+        </div>
+      )}
     </div>
   )
 }

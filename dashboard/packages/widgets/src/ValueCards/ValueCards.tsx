@@ -1,6 +1,7 @@
 import { Fragment } from 'react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
+import { arrivingSchema } from '../schema/arrivingSchema'
 import { fieldValues, formatted, type FieldValue } from '../schema/messageFields'
 import { groupedFields } from '../schema/groupedFields'
 import { fieldsOf } from '../schema/jsonSchema'
@@ -11,10 +12,11 @@ import classes from './ValueCards.module.css'
 /** Every value of a message with its name and unit. Before the first message the schema already makes the places. */
 export function ValueCards({ entry, store }: WidgetProps) {
   const latest = useLatest(store)
+  const schema = arrivingSchema(entry)
   const decoded = latest === null ? null : jsonOf(latest.data)
-  if (decoded === null && fieldsOf(entry.messageSchema).length === 0) return <Notice tone="wait" title="No value yet" />
+  if (decoded === null && fieldsOf(schema).length === 0) return <Notice tone="wait" title="No value yet" />
   if (decoded?.ok === false) return <Notice tone="bad" title="The message is not JSON">{decoded.text.slice(0, 120)}</Notice>
-  const groups = groupedFields(fieldValues(entry.messageSchema, decoded?.value))
+  const groups = groupedFields(fieldValues(schema, decoded?.value))
   if (groups.length === 0) return <Notice tone="wait" title="The message is empty" />
   return (
     <div className={classes.root}>

@@ -37,6 +37,8 @@ export interface Acceptance {
   connectorTypes?: readonly string[]
   /** Field paths; a schema that has all paths of one list is understood. */
   fields?: readonly (readonly string[])[]
+  /** Sends what a connector takes and shows what it sends, where a connector says of both what they are. */
+  bothWays?: boolean
   /** Shows anything of its data types. */
   anything?: boolean
   /** Between widgets that fit equally well the higher one wins. */

@@ -1,4 +1,4 @@
-import { messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
+import { entriesApart, messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
 import { widgets } from '../widgets'
@@ -95,6 +95,36 @@ describe('a connector is shown by', () => {
     expect(chosen({ dataType: 'byte-u2r' })).toBeUndefined()
     expect(chosen({ dataType: 'media', kind: 'audio', direction: 'both' })).toBeUndefined()
   })
+})
+
+describe('of a connector with several handlers', () => {
+  const channels = [
+    { label: 'arm', dataType: 'json-u2r', delivery: 'latest', schemaId: 'mosaic/JointTarget@1' },
+    { label: 'arm_base', dataType: 'json-u2r', delivery: 'latest', schemaId: 'mosaic/Twist@1' },
+    { label: 'arm_state', dataType: 'json-r2u', delivery: 'reliable', schemaId: 'mosaic/JointState@1' },
+    { label: 'arm_load', dataType: 'json-r2u', delivery: 'reliable', widget: 'time-plot', messageSchema: object('newton') },
+    { label: 'arm_talk', dataType: 'json-bi', delivery: 'reliable', messageSchema: object('grip'), sentSchema: object('force') },
+    { label: 'arm_power', dataType: 'json-bi', delivery: 'reliable', sentSchemaId: 'mosaic/BatteryState@1' },
+  ] as const
+
+  test('every channel has a card, with the widget that fits it best', () => {
+    const shown = entriesApart({ entries: [entry({ label: 'arm', dataType: 'json-u2r', channels })] })
+    expect(shown.map((one) => [one.label, chooseWidget(widgets, one)?.id])).toEqual([
+      ['arm', 'json-sender'],
+      ['arm_base', 'drive-pad'],
+      ['arm_state', 'value-cards'],
+      ['arm_load', 'time-plot'],
+      ['arm_talk', 'json-sender'],
+      ['arm_power', 'battery'],
+    ])
+  })
+})
+
+test('what goes both ways is a form where only what operators send is known, and values where only the rest is', () => {
+  const both = { dataType: 'json-bi', direction: 'both' } as const
+  expect(chosen({ ...both, messageSchema: object('grip'), sentSchema: object('force') })).toBe('json-sender')
+  expect(chosen({ ...both, sentSchema: object('percent', 'voltage_v') })).toBe('battery')
+  expect(chosen({ ...both, messageSchema: object('percent', 'voltage_v') })).not.toBe('battery')
 })
 
 test('a hint never forces a widget on data that it can not show', () => {

@@ -1,6 +1,6 @@
 /** Which widget shows a connector: every widget says how well it fits, the best one wins. No list of types anywhere. */
 import type { CatalogueEntry } from '@mosaic/client'
-import { hasPaths } from '../schema/jsonSchema'
+import { hasPaths, type JsonSchema } from '../schema/jsonSchema'
 import type { WidgetDefinition } from './WidgetDefinition'
 
 /** How well a widget fits, best last. `possible` is offered to people but never chosen by itself. */
@@ -15,12 +15,21 @@ export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | nu
   if (accepts.kinds !== undefined && !accepts.kinds.includes(entry.kind)) return null
   if (accepts.directions !== undefined && !accepts.directions.includes(entry.direction)) return null
   if (entry.widget !== undefined && [widget.id, ...(accepts.hints ?? [])].includes(entry.widget)) return 'hint'
-  if (entry.schemaId !== undefined && accepts.schemas?.includes(entry.schemaId) === true) return 'message'
+  const { id, schema } = messageFor(widget, entry)
+  if (id !== undefined && accepts.schemas?.includes(id) === true) return 'message'
   if (accepts.connectorTypes?.includes(entry.type) === true) return 'type'
-  if (accepts.fields?.some((paths) => hasPaths(entry.messageSchema, paths)) === true) return 'schema'
+  if (accepts.fields?.some((paths) => hasPaths(schema, paths)) === true) return 'schema'
+  if (accepts.bothWays === true && entry.messageSchema !== undefined && entry.sentSchema !== undefined) return 'schema'
   if (accepts.anything === true) return 'anything'
   // Without a schema nobody can say that it doesn't fit.
-  return entry.messageSchema === undefined ? 'possible' : null
+  return schema === undefined ? 'possible' : null
+}
+
+/** Of a connector that goes both ways: what the robot sends, for a widget that shows it, else what operators send. */
+function messageFor({ accepts }: WidgetDefinition, entry: CatalogueEntry): { id?: string; schema?: JsonSchema } {
+  const isShown = entry.dataType === 'json-bi' && accepts.dataTypes.includes('json-r2u')
+  const [id, schema] = isShown ? [entry.sentSchemaId, entry.sentSchema] : [entry.schemaId, entry.messageSchema]
+  return { ...(id !== undefined && { id }), ...(schema !== undefined && { schema }) }
 }
 
 /** Widgets that can show the connector, best first. */
