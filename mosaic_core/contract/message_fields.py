@@ -70,7 +70,8 @@ def message_fields(message_type: Any, used: Iterable[str] = (), known: Collectio
         choices = frozenset(known) if known else _choices_at(schema, names)
         lists.append(NumberList(path, names, choices if names else frozenset()))
     numbers = frozenset(_paths(schema, definitions, 0, _is_number))
-    return MessageFields(numbers, tuple(lists), bool(numbers or lists), message_type)
+    is_known = bool(numbers or lists) or not _is_open(schema, definitions, 0)
+    return MessageFields(numbers, tuple(lists), is_known, message_type)
 
 
 def text_lists(schema: dict[str, Any]) -> frozenset[str]:
@@ -110,6 +111,18 @@ def _choices(field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[dic
     """A schema and its alternatives, with what they refer to in the place of references."""
     for choice in (field, *(one for kind in ("anyOf", "allOf", "oneOf") for one in field.get(kind, ()))):
         yield definitions.get(str(choice.get("$ref", "")).rsplit("/", 1)[-1], choice)
+
+
+def _is_open(schema: dict[str, Any], definitions: dict[str, Any], depth: int) -> bool:
+    """Whether there may be fields that the schema does not name: keys of any name, or values of any kind."""
+    if depth > _MAX_DEPTH or not schema.get("properties") or schema.get("additionalProperties"):
+        return True
+    inner = (one for field in schema["properties"].values() for one in _choices(field, definitions))
+    return any(_is_open(one, definitions, depth + 1) for one in inner if _is_object(one))
+
+
+def _is_object(schema: dict[str, Any]) -> bool:
+    return schema.get("type", "object") == "object" and not schema.keys() & {"enum", "const", "anyOf", "allOf", "oneOf"}
 
 
 def _is_number(schema: dict[str, Any], definitions: dict[str, Any]) -> bool:

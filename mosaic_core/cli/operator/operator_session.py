@@ -135,7 +135,7 @@ async def _labels(operator: MosaicOperator, robot: RobotSummary) -> list[str]:
         return []
     if catalogue is None:
         catalogue = described_catalogue(await operator.rest.described(robot.id))
-    return [entry.label for entry in catalogue.entries]
+    return [entry.label for entry in catalogue.apart()]
 
 
 async def connected(

@@ -95,7 +95,7 @@ class UnknownLabel(ConnectionFailed):
     """The robot has nothing under this label. ``nearest`` is the most similar one that it has."""
 
     def __init__(self, label: str, catalogue: Catalogue, *, is_told: bool = False) -> None:
-        known = [entry.label for entry in catalogue.entries]
+        known = [entry.label for entry in catalogue.apart()]
         known += [channel.label for entry in catalogue.entries for channel in entry.channels]
         self.nearest = next(iter(get_close_matches(label, known, 1, 0.5)), None)
         hint = hint_at(label, known)
@@ -137,10 +137,11 @@ def _shape(entry: CatalogueEntry) -> tuple[object, ...]:
 
 
 def found_entry(catalogue: Catalogue, label: str) -> CatalogueEntry | None:
-    """The connector of this label, or the one whose channel has it."""
-    entries = catalogue.entries
-    whole = next((entry for entry in entries if entry.label == label), None)
-    return whole or next((entry for entry in entries if any(label == one.label for one in entry.channels)), None)
+    """The channel of this label that stands for itself, the connector of this label, or the one whose channel has
+    it."""
+    known = (*catalogue.apart(), *catalogue.entries)
+    whole = next((entry for entry in known if entry.label == label), None)
+    return whole or next((entry for entry in known if any(label == one.label for one in entry.channels)), None)
 
 
 def resource_of(entry: CatalogueEntry) -> str | None:
@@ -230,8 +231,9 @@ def _planned(entry: CatalogueEntry, label: str, data_type: MosaicDataType) -> Pl
     safety = entry.safety or {}
     is_free = not any(safety.get(key) for key in ("requires_lease", "timeout_s", "max_rate_hz"))
     may_wait = entry.delivery is Delivery.RELIABLE and is_free
-    is_first = label == (entry.channels[0].label if entry.channels else entry.label)  # the id is that of its messages
-    schema_id = entry.schema_id if is_first and data_type is MosaicDataType.JSON_R2U else None
+    is_first = label == (entry.channels[0].label if entry.channels else entry.label)  # the ids are of its messages
+    ids = {MosaicDataType.JSON_R2U: entry.schema_id, MosaicDataType.JSON_BI: entry.sent_schema_id}
+    schema_id = ids.get(data_type) if is_first else None
     return PlannedChannel(label, entry.delivery, _sends(data_type), resource_of(entry), may_wait, schema_id or "")
 
 

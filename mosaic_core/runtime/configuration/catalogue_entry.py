@@ -11,7 +11,7 @@ from mosaic_core.contract.handler import DataChannelReceivable, Handler, message
 from mosaic_core.contract.request_handler import RequestHandler, answer_schema
 from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
 from mosaic_core.runtime.configuration.connector import channel_groups
-from mosaic_core.runtime.configuration.receiver_safety import bounds_of
+from mosaic_core.runtime.configuration.receiver_safety import bounds_of, timeout_of
 from mosaic_core.runtime.widgets.widget_modules import announced_module
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
@@ -24,9 +24,7 @@ _NOTHING = SafetyConfig()
 
 def effective_safety(safety: SafetyConfig, handler: DataChannelReceivable[Any]) -> SafetyConfig:
     """The file's limits of one receiver; where it says nothing, the receiver's own count."""
-    more: dict[str, Any] = {"limits": bounds_of(handler, safety)}
-    if safety.timeout_s is None and handler.timeout_s is not None:
-        more["timeout_s"] = handler.timeout_s
+    more: dict[str, Any] = {"limits": bounds_of(handler, safety), "timeout_s": timeout_of(safety, handler)}
     if safety.requires_lease is None and handler.requires_lease:
         more["requires_lease"] = True
     if "resource" not in safety.model_fields_set:

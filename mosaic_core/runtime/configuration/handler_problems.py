@@ -23,10 +23,11 @@ from mosaic_core.words.errors import MosaicError, Problem
 
 def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """Contradictions of what the file says, alone or together with the connector's own choice."""
-    contract = chosen(handlers[0].delivery, one.config.delivery)
     sends = any(handler.direction is not Direction.TO_ROBOT for handler in handlers)
     is_media = all(handler.data_type is MosaicDataType.MEDIA for handler in handlers)
-    for key, message, cure in contradictions(contract, sends=sends, is_media=is_media):
+    contracts = [chosen(handler.delivery, one.config.delivery) for handler in handlers]
+    found = [its for contract in contracts for its in contradictions(contract, sends=sends, is_media=is_media)]
+    for key, message, cure in dict.fromkeys(found):
         if one.config.delivery is not None and getattr(one.config.delivery, key) is not None:
             yield one.problem(f"connector '{one.config.label}': {message}", "delivery", key, cure=cure)
         else:

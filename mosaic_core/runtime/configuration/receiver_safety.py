@@ -7,7 +7,8 @@ from typing import Any
 
 from mosaic_core.contract.field_kinds import kind_of, own_kind
 from mosaic_core.contract.handler import DataChannelReceivable, message_type_of
-from mosaic_core.contract.message_fields import MessageFields, message_fields
+from mosaic_core.contract.message_fields import MessageFields, has_two_names, message_fields
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.limits import NO_SLOW_DOWN, FieldLimit, MotionKind, SlowDownCurves
@@ -53,7 +54,7 @@ class ReceiverSafety:
         positions = tuple(dict.fromkeys((*handler.position_fields, *limited)))
         lists = fields_of(handler, config).lists
         return cls(
-            timeout_s=handler.timeout_s if config.timeout_s is None else config.timeout_s,
+            timeout_s=timeout_of(config, handler),
             on_timeout=config.on_timeout,
             on_loss=config.on_loss or config.on_timeout,
             resource=resource_of(config, handler),
@@ -65,6 +66,13 @@ class ReceiverSafety:
             curves=_curves(config, handler),
             takes_observers=handler.takes_observers,
         )
+
+
+def timeout_of(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> float | None:
+    """The silence that it may last; whoever answers requests has another bound."""
+    if isinstance(handler, RequestHandler):
+        return None
+    return handler.timeout_s if config.timeout_s is None else config.timeout_s
 
 
 def resource_of(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> str | None:
@@ -89,11 +97,20 @@ def fields_of(handler: DataChannelReceivable[Any], config: SafetyConfig) -> Mess
 
 
 def bounds_of(handler: DataChannelReceivable[Any], config: SafetyConfig) -> dict[str, FieldBounds]:
-    """The bounds of each field, in the order of the class and then of the file."""
-    merged = dict(handler.limits)
+    """The bounds of each field that its messages have, in the order of the class and then of the file: what the file
+    says of another receiver of the same connector is none of its business."""
+    merged, fields = dict(handler.limits), fields_of(handler, config)
     for field, bounds in config.limits.items():
-        merged[field] = bounds.over(merged.get(field, FieldBounds()))
+        if takes_field(handler, fields, field):
+            merged[field] = bounds.over(merged.get(field, FieldBounds()))
     return merged
+
+
+def takes_field(handler: DataChannelReceivable[Any], fields: MessageFields, field: str) -> bool:
+    """Whether a limit of ``field`` may be meant for this receiver; ``fields``: what its messages have."""
+    if isinstance(handler, RequestHandler) or fields.message_type in (str, bytes):
+        return False
+    return fields.has(field) or has_two_names(fields.message_type, field.split("."))
 
 
 def with_those_of_all(bounds: dict[str, FieldBounds], fields: MessageFields) -> dict[str, FieldBounds]:

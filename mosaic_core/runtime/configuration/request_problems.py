@@ -9,6 +9,7 @@ from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.delivery.delivery_terms import chosen
+from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import Problem
@@ -23,12 +24,14 @@ CURES = {
 
 def request_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """Limits of motion, and a delivery that loses messages."""
-    if not any(isinstance(handler, RequestHandler) for handler in handlers):
+    answering = [handler for handler in handlers if isinstance(handler, RequestHandler)]
+    if not answering:
         return
-    for key in sorted(CURES.keys() & one.safety.model_fields_set):
+    is_alone = len(answering) == len(receivers(handlers))
+    for key in sorted(CURES.keys() & one.safety.model_fields_set if is_alone else ()):
         message = f"connector '{one.config.label}' answers requests, for which '{key}' has no meaning"
         yield one.problem(message, "safety", key, cure=CURES[key])
-    mode = chosen(handlers[0].delivery, one.config.delivery).mode
+    mode = chosen(answering[0].delivery, one.config.delivery).mode
     if mode not in (None, Delivery.RELIABLE):
         message = f"connector '{one.config.label}' answers requests, of which none may be lost: '{mode}' can't be"
         yield one.problem(message, "delivery", cure="remove `delivery`, or choose `reliable`")

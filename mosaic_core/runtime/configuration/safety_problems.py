@@ -18,6 +18,7 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     fields_of,
     kind_for,
     resource_of,
+    takes_field,
     with_those_of_all,
 )
 from mosaic_core.runtime.configuration.resolver import guess
@@ -31,17 +32,37 @@ def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Ite
     if one.config.safety and not found:
         message = f"connector '{one.config.label}' ('{one.config.type}') receives nothing that could be limited"
         yield one.problem(message, "safety", cure="remove `safety:`")
+    yield from _idle_resource(one, found)
+    yield from _unknown_fields(one, found)
     for handler in found:
-        yield from _receiver_problems(one, handler)
+        yield from _receiver_problems(one, handler, is_alone=len(found) == 1)
 
 
-def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+def _idle_resource(one: CheckedConnector, found: list[DataChannelReceivable[Any]]) -> Iterator[Problem]:
     safety = one.safety
-    if "resource" in safety.model_fields_set and resource_of(safety, handler) is None:
+    if found and "resource" in safety.model_fields_set and all(resource_of(safety, its) is None for its in found):
         message = (
             f"connector '{one.config.label}' needs no lease to be commanded, so '{safety.resource}' guards nothing"
         )
         yield one.problem(message, "safety", "resource", cure="add `requires_lease: true`, or remove `resource`")
+
+
+def _unknown_fields(one: CheckedConnector, found: list[DataChannelReceivable[Any]]) -> Iterator[Problem]:
+    """Limits of the file that are of no receiver's messages."""
+    known = [(handler, fields_of(handler, one.safety)) for handler in found]
+    taking = [its for _, its in known if its.message_type not in (str, bytes)]
+    for field in sorted(one.safety.limits) if taking else ():
+        if not any(takes_field(handler, fields, field) for handler, fields in known):
+            names = sorted({name for its in taking for name in its.names})
+            cure = guess(field, names, f"they have: {', '.join(names)}")
+            message = f"the messages of connector '{one.config.label}' have no number '{field}'"
+            yield one.problem(message, "safety", "limits", field, cure=cure)
+
+
+def _receiver_problems(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], *, is_alone: bool
+) -> Iterator[Problem]:
+    safety = one.safety
     bad = list(_limit_problems(one, handler))
     yield from bad
     if bad:
@@ -49,7 +70,8 @@ def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any
     effective = ReceiverSafety.of(safety, handler)
     limited = (field for limit in effective.limits for field in limit.fields)
     fields = {*effective.motion_fields, *effective.position_fields, *limited}
-    if message_type_of(type(handler)) in (str, bytes) and fields:
+    is_plain = message_type_of(type(handler)) in (str, bytes)
+    if is_plain and (fields or (one.safety.limits and is_alone)):
         message = f"connector '{one.config.label}' takes no JSON messages, so none of their fields can be limited"
         yield one.problem(message, "safety", "limits", cure="remove `limits`")
         return
@@ -125,12 +147,8 @@ def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], 
         yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
     for field in sorted(field for field in fields - twice if not known.has(field)):
         cure = guess(field, known.names, f"they have: {', '.join(known.names)}")
-        if field in one.safety.limits:
-            message = f"the messages of connector '{one.config.label}' have no number '{field}'"
-            yield one.problem(message, "safety", "limits", field, cure=cure)
-        else:
-            message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
-            yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
+        message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
+        yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
 
 
 def says_motion(kind: type[DataChannelReceivable[Any]]) -> bool:

@@ -61,9 +61,9 @@ def test_a_receivers_limits_are_announced_and_its_own_timeout_counts(configured:
         " {type: motor, label: b, params: {pin: 2}, safety: {timeout_s: 2, max_mps: 3}, delivery: reliable}]"
     ).connectors
     assert first.entry.safety == {"timeout_s": 0.4, "max_mps": 1.0}
-    assert (first.safety.timeout_s, first.delivery, first.entry.delivery) == (0.4, Delivery.LATEST, Delivery.LATEST)
+    assert (first.terms_of(first.handlers[0]).mode, first.entry.delivery) == (Delivery.LATEST, Delivery.LATEST)
     assert second.entry.safety == {"timeout_s": 2.0, "max_mps": 3.0}
-    assert (second.delivery, second.entry.delivery) == (Delivery.RELIABLE, Delivery.RELIABLE)
+    assert (second.terms_of(second.handlers[0]).mode, second.entry.delivery) == (Delivery.RELIABLE, Delivery.RELIABLE)
 
 
 def test_a_camera_has_no_channel(configured: Callable[..., Configured]) -> None:

@@ -33,7 +33,8 @@ def terms(acme: ConnectorResolver, connector: Callable[[str], Path]) -> Terms:
     def terms_of(delivery: str) -> DeliveryTerms:
         path = connector(f"{{ type: gauge, label: battery, delivery: {delivery} }}")
         configured = AutoConfigurer(resolver=acme, plugins=hook_plugins([])).from_file(path, environ={})
-        return configured.connectors[0].terms
+        (made,) = configured.connectors
+        return made.terms_of(made.handlers[0])
 
     return terms_of
 
