@@ -13,9 +13,11 @@ from typing import Any
 import typer
 from pydantic import BaseModel
 
+from mosaic_core.cli.configuration.connector_defaults import defaults_of, lines_of
 from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.cli.main import app
 from mosaic_core.contract import hooks
+from mosaic_core.contract.configurer import Configurer
 from mosaic_core.ladder.climb import RULES
 from mosaic_core.ladder.fault import LEVELS
 from mosaic_core.ladder.rule import ShipmentRule
@@ -141,9 +143,18 @@ def connectors() -> str:
             continue
         configurer = resolver.resolve(found.type)
         lines += [f"## `{found.type}`", "", f"*{found.distribution}.* {inspect.cleandoc(configurer.__doc__ or '')}", ""]
+        lines += _by_default(found.type, configurer)
         lines += _model("Params", configurer.params_model)
         lines += _model("Safety", configurer.safety_model) if configurer.safety_model.__name__ != "SafetyConfig" else []
     return "\n".join(lines)
+
+
+def _by_default(connector_type: str, configurer: type[Configurer[Any]]) -> list[str]:
+    lines = []
+    for channel in defaults_of(connector_type, configurer):
+        lines += [f"By default, channel `{channel['label']}`:", "", "| what | how |", "|---|---|"]
+        lines += [*(f"| {_cell(what)} | {_cell(how)} |" for what, how in lines_of(channel)), ""]
+    return lines
 
 
 def _model(title: str, model: type[BaseModel]) -> list[str]:

@@ -51,7 +51,8 @@ def show(
     as_json: AsJson = False,
     local_connectors: LocalOption = None,
 ) -> None:
-    """Show the params of one connector type, what limits it takes, and an example to paste."""
+    """Show one connector type: its params, what is in force of its channels by default, the limits that it takes, and
+    an example to paste."""
     from mosaic_core.cli.configuration.connector_description import example_yaml, param_tables
 
     resolver = resolver_beside(HERE, local_connectors)
@@ -62,6 +63,7 @@ def show(
         return
     typer.secho(connector_type, bold=True, nl=False)
     typer.echo(f"  ({installed.source})\n{(configurer.__doc__ or '').strip()}\n")
+    _print_defaults(connector_type, configurer)
     for heading, rows in param_tables(configurer):
         _print_params(heading, rows)
     typer.echo("Example:\n")
@@ -75,10 +77,15 @@ def _as_json(one: InstalledConnector, description: str) -> dict[str, Any]:
 
 
 def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]]) -> dict[str, Any]:
+    from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of
     from mosaic_core.cli.configuration.connector_description import request_schemas
     from mosaic_core.contract.example import example_of
     from mosaic_core.words.delivery import DeliveryContract
 
+    try:
+        channels, unmade = defaults_of(installed.type, configurer), ""
+    except Unmade as error:
+        channels, unmade = [], str(error)
     return {
         **_as_json(installed, (configurer.__doc__ or "").strip().partition("\n")[0]),
         "params": configurer.params_model.model_json_schema(),
@@ -86,7 +93,24 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
         "safety": configurer.safety_model.model_json_schema(),
         "delivery": DeliveryContract.model_json_schema(),
         "example": example_of(installed.type, configurer),
+        "channels": channels,
+        **({"unmade": unmade} if unmade else {}),
     }
+
+
+def _print_defaults(connector_type: str, configurer: type[Configurer[Any]]) -> None:
+    from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of, lines_of
+
+    try:
+        channels = defaults_of(connector_type, configurer)
+    except Unmade as error:
+        typer.echo(f"What is in force is known once it can be made; with the example's params it can't: {error}\n")
+        return
+    for channel in channels:
+        typer.secho(f"by default, channel {channel['label']}", bold=True)
+        for what, how in lines_of(channel):
+            typer.echo(f"  {what}: {how}")
+        typer.echo()
 
 
 def _print_params(heading: str, rows: Iterable[Row]) -> None:

@@ -1,0 +1,125 @@
+"""Tells what is in force for a connector type when the YAML file says nothing, from the handlers that it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.example import example_of
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.units import unit_of
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
+from mosaic_core.runtime.configuration.connector import ChannelGroup, channel_groups
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety, fields_of
+from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.limits import FieldLimit
+
+Channel: TypeAlias = dict[str, Any]
+_BOUNDS = ("min", "max", "max_norm", "max_rise_per_s", "max_fall_per_s", "max_rate_per_s")
+
+
+class Unmade(Exception):
+    """No handler can be made of the example's params; the text says why."""
+
+
+def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[Channel]:
+    """What is in force of each channel that operators see, as JSON values. Raises :class:`Unmade`."""
+    example = example_of(connector_type, configurer)
+    try:
+        params = configurer.params_model.model_validate(example.get("params", {}))
+        safety = configurer.safety_model()
+        made = configurer(example["label"], params, safety=safety).configure()
+    except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+        raise Unmade(f"{type(error).__name__}: {error}") from None
+    handlers = [made] if isinstance(made, Handler) else list(made)
+    entry = catalogue_entry(example["label"], connector_type, handlers, safety)
+    groups = {group.label: group for group in channel_groups(example["label"], handlers)}
+    return [_channel(one.wire(), groups[one.label], safety) for one in entry.apart()]
+
+
+def _channel(entry: dict[str, Any], group: ChannelGroup, safety: SafetyConfig) -> Channel:
+    is_media = group.handlers[0].data_type is MosaicDataType.MEDIA
+    names = ("label", "kind", "dataType", "direction", "schemaId", "sentSchemaId", "widget")
+    channel = {_snake(name): entry.get(name) for name in names}
+    channel["delivery"] = None if is_media else entry["delivery"]
+    taking = [one for one in group.handlers if isinstance(one, DataChannelReceivable)]
+    channel["safety"] = [_safety(one, ReceiverSafety.of(safety, one)) for one in taking]
+    return channel
+
+
+def _snake(name: str) -> str:
+    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name)
+
+
+def _safety(handler: DataChannelReceivable[Any], its: ReceiverSafety) -> dict[str, Any]:
+    return {
+        "channel": handler.label,
+        "requires_lease": its.resource is not None,
+        "resource": its.resource or handler.resource,
+        "timeout_s": its.timeout_s,
+        "safe_action": type(handler).make_safe is not DataChannelReceivable.make_safe,
+        "reports_position": type(handler).reported_position is not DataChannelReceivable.reported_position,
+        "motion_fields": list(its.motion_fields),
+        "position_fields": list(its.position_fields),
+        "slowed_down": its.is_slowed,
+        "limits": [_limit(one, handler) for one in its.limits],
+    }
+
+
+def _limit(limit: FieldLimit, handler: DataChannelReceivable[Any]) -> dict[str, Any]:
+    bounds = {name: getattr(limit, name) for name in _BOUNDS if getattr(limit, name) is not None}
+    return {"fields": list(limit.fields), "kind": limit.kind, "unit": _unit(limit.fields[0], handler), **bounds}
+
+
+def _unit(field: str, handler: DataChannelReceivable[Any]) -> str:
+    """The unit of a number of its messages, of one in a list that of the list."""
+    message_type = message_type_of(type(handler))
+    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+        return ""
+    its = fields_of(handler, SafetyConfig()).list_of(field)
+    schema = message_type.model_json_schema()
+    node, name = schema, ""
+    for name in (field if its is None else its.path).split("."):
+        node = node.get("properties", {}).get(name, {})
+        reference = next((one["$ref"] for one in (node, *node.get("allOf", ())) if "$ref" in one), None)
+        node = schema.get("$defs", {}).get(str(reference).rsplit("/", 1)[-1], {}) if reference else node
+    return unit_of(name, node)
+
+
+def lines_of(channel: Channel) -> Iterator[tuple[str, str]]:
+    """``(what, how)`` of one channel, for people."""
+    yield "data type", f"{channel['data_type']}, {channel['direction']}"
+    for name, words in (("schema_id", "schema"), ("sent_schema_id", "schema of what it sends"), ("widget", "widget")):
+        if channel[name]:
+            yield words, channel[name]
+    if channel["delivery"]:
+        yield "delivery", channel["delivery"]
+    for safety in channel["safety"]:
+        yield from _safety_lines(safety)
+
+
+def _safety_lines(safety: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "lease", f"of '{safety['resource']}'" if safety["requires_lease"] else "none is needed"
+    yield "time-out", "none" if safety["timeout_s"] is None else f"{safety['timeout_s']:g} s"
+    yield "safe action", "written (make_safe)" if safety["safe_action"] else "none"
+    for kind in ("motion", "position"):
+        if safety[f"{kind}_fields"]:
+            yield f"{kind} fields", ", ".join(safety[f"{kind}_fields"])
+    if safety["position_fields"]:
+        yield "position", "reported (reported_position)" if safety["reports_position"] else "not reported"
+    if safety["motion_fields"] or safety["position_fields"]:
+        yield "on a bad link", "slowed down" if safety["slowed_down"] else "as ever"
+    for limit in safety["limits"]:
+        yield f"limit of {' and '.join(limit['fields'])}", _limit_words(limit)
+    if not safety["limits"]:
+        yield "limits", "none"
+
+
+def _limit_words(limit: dict[str, Any]) -> str:
+    unit, bounds = f" {limit['unit']}" if limit["unit"] else "", [name for name in _BOUNDS if name in limit]
+    words = [f"{name} {limit[name]:g}{unit}{'/s' if name.endswith('_per_s') else ''}" for name in bounds]
+    return f"{limit['kind']}: {', '.join(words) or 'no bounds'}"
