@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 from mosaic_core import Configurer, DataChannelReceivable
 from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
 from mosaic_core.testing import build, collect, fake_host
 
 ROOT = Path(__file__).parents[2]
@@ -88,6 +89,25 @@ def test_the_code_of_the_connector_tutorial_runs() -> None:
     host = fake_host(meter)
     host.tapped_images["front"] = [TappedImage(np.full((4, 6, 3), 80, np.uint8), 0.0)]
     assert collect(meter, count=1) == [namespace["Brightness"](mean=80.0)]
+
+
+def run_blocks(page: str) -> dict[str, Any]:
+    """What the Python blocks of a page define; those that need a connection are only compiled, elsewhere."""
+    namespace = types.ModuleType("howto").__dict__
+    for text in (text for found, text in blocks("python") if found == page and "await " not in text):
+        exec(compile(text, page, "exec", dont_inherit=True), namespace)  # noqa: S102 - our own documentation
+    return namespace
+
+
+def test_the_arm_of_the_howto_keeps_its_limits() -> None:
+    """Its last block asserts it."""
+    assert run_blocks("docs/howto/arm-safety.md")["fed"].accepted
+
+
+def test_the_handlers_of_the_howto_are_three_channels() -> None:
+    made = build(run_blocks("docs/howto/several-handlers.md")["PickerConfigurer"], label="picker")
+    entry = catalogue_entry("picker", "picker", made)
+    assert [one.label for one in entry.apart()] == ["picker", "picker_joints", "picker_grip"]
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("python"))
