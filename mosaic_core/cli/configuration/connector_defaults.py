@@ -23,7 +23,7 @@ _BOUNDS = ("min", "max", "max_norm", "max_rise_per_s", "max_fall_per_s", "max_ra
 
 
 class Unmade(Exception):
-    """No handler can be made of the example's params; the text says why."""
+    """The connector that its example does not make; the text says why."""
 
 
 def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[Channel]:

@@ -10,6 +10,7 @@ from typing import Any
 from mosaic_core.contract.field_kinds import kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
+from mosaic_core.machines.commands.number_list import EVERY
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.receiver_safety import (
@@ -83,7 +84,12 @@ def _receiver_problems(
 def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
     """Of each limit alone, of its kind and the handler's, and of several limits of one field."""
     label, fields, found = one.config.label, fields_of(handler, one.safety), []
-    for field, bounds in with_those_of_all(bounds_of(handler, one.safety), fields).items():
+    bad: set[str] = set()
+    its_bounds = with_those_of_all(bounds_of(handler, one.safety), fields)
+    for field in sorted(its_bounds, key=lambda field: not field.endswith(f".{EVERY}")):
+        bounds, its_list = its_bounds[field], fields.list_of(field)
+        if its_list is not None and its_list.every in bad:
+            continue  # it has that mistake from there
         own = kind_for(handler, one.safety, field)
         if own is not None and bounds.kind not in (None, own):
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
@@ -93,6 +99,7 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
             kinds = (handler.motion_fields, handler.position_fields)
             found.append(bounds.limit(field, own or kind_of(field, bounds, fields, *kinds)))
         except ImpossibleLimit as wrong:
+            bad.add(field)
             keys = (wrong.key,) if wrong.key else ()
             yield _limit_problem(one, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
     for field, message in clashes((*one.safety.field_limits(), *found)):

@@ -129,7 +129,7 @@ def problems_of(**safety: Any) -> list[Problem]:
 def test_a_limit_of_the_file_that_nothing_can_follow_is_told_at_its_place(
     field: str, bounds: dict[str, Any], path: str, message: str, cure: str
 ) -> None:
-    problem = problems_of(limits={field: bounds})[0]
+    (problem,) = problems_of(limits={field: bounds})
     assert (problem.path, problem.message) == (f"connectors[0].safety.limits.{path}", message)
     assert cure in problem.cure
 
