@@ -12,7 +12,6 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import Handler, MediaTrackHandler
 from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
-from mosaic_core.runtime.configuration.catalogue_entry import widget_hint
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import real_place
 from mosaic_core.runtime.configuration.resolver import guess
@@ -37,15 +36,14 @@ def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
 
 def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """A widget of a plugin, ``acme-arm/ArmPanel``, that is not where its distribution says."""
-    hint = widget_hint(handlers)
     is_installed = one.installed.entry_point.dist is not None or one.installed.local is not None
-    if hint is None or not is_shipped(hint) or not is_installed:  # a test's connector is of no distribution
-        return
-    try:
-        module_with(hint)
-    except MosaicError as error:
-        whose = f"connector '{one.config.label}' of {one.installed.source}"
-        yield one.broken(f"{whose} names the widget '{hint}': {error.message}", cure=error.cure)
+    hints = dict.fromkeys(handler.widget for handler in handlers if handler.widget and is_shipped(handler.widget))
+    for hint in hints if is_installed else ():  # a test's connector is of no distribution
+        try:
+            module_with(hint)
+        except MosaicError as error:
+            whose = f"connector '{one.config.label}' of {one.installed.source}"
+            yield one.broken(f"{whose} names the widget '{hint}': {error.message}", cure=error.cure)
 
 
 WithHandlers: TypeAlias = tuple[CheckedConnector, tuple[Handler, ...]]
