@@ -21,8 +21,8 @@ _WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
 
 @dataclass(frozen=True, slots=True)
 class ConnectorRows:
-    """Looks at what runs the handlers: routes, counters, runners, failures and losses by the handler's label. Event loop
-    only."""
+    """Looks at what runs the handlers: routes, counters, runners, failures and losses by the handler's label. Event
+    loop only."""
 
     routes: Mapping[str, Route]
     counters: Mapping[str, ConnectorCounters]
