@@ -87,8 +87,8 @@ class ArmConfigurer(DataChannelConfigurer[NoParams]):
         return [Arm(label), Joints(f"{label}_joints"), Gripper(f"{label}_grip"), Power(f"{label}_power")]
 
 
-def arm(**more: Any) -> Any:
-    return joined(connector(ArmConfigurer, label="arm", **more))
+def arm(*, is_driven: bool = False, **more: Any) -> Any:
+    return joined(connector(ArmConfigurer, label="arm", **more), takes_leases=is_driven)
 
 
 def handler_of(link: Joined, kind: type[Any]) -> Any:
@@ -144,7 +144,7 @@ async def test_an_operator_finds_each_by_its_label_and_reads_it_typed() -> None:
 
 async def test_each_has_its_own_guards() -> None:
     """The lease and limits of the arm bind neither the gripper nor anybody else."""
-    async with arm() as link:
+    async with arm(is_driven=True) as link:
         assert link.connection.control.leases.keys() >= {"arm"}
         store = link.connection.sendable("arm")
         await store.wait_open()

@@ -145,6 +145,9 @@ def test_an_async_receiver_that_sleeps_is_overtaken_by_its_time_out() -> None:
         async def handle_data(self, data: Weigh) -> None:
             await asyncio.sleep(data.seconds)
 
+        def make_safe(self, cause: str) -> None:
+            """Stands."""
+
     assert feed(Lift("lift"), [{"seconds": 2}]).made_safe == [
         MadeSafe(0.5, "safety.timeout"),
         MadeSafe(2.0, "safety.timeout"),
