@@ -107,6 +107,9 @@ async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, nam
     if name == "refuses-garbage":
         plugin.spoil(file, "        pass\n\n    def make_safe", "        int(data)\n\n    def make_safe")
         plugin.spoil(file, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
+    if name in ("motion-guarded", "safety-drill"):  # on the class it would be refused when that is made
+        late = "    def __init__(self, label):\n        super().__init__(label)\n        self.timeout_s = 0.3\n"
+        plugin.spoil(file, "    timeout_s = 0.3\n", late)
     plugin.spoil(file, old, new)
     found = [one for one in await findings(plugin, only=(name,)) if one.verdict == "failed"]
     (fault, *_) = found[0].faults

@@ -107,7 +107,7 @@ def test_the_mast_turns_where_it_is_told_and_halts_when_it_must() -> None:
     target, mast = build(SimMastTargetConfigurer, shared=shared), build(SimMastConfigurer, shared=shared)
     fake_host(target).clock = fake_host(mast).clock
     refused = feed(target, [{"names": ["mast_pan"], "positions": [1.5]}, {"names": ["arm"], "positions": [0]}]).refused
-    assert [one.code for one in refused] == ["channel.invalid"]
+    assert [one.code for one in refused] == ["safety.out_of_range"]
     first, *_, last = sent_by(mast, count=30)
     assert (first["names"], first["positions"]) == (["mast_pan", "mast_tilt"], [0.0, 0.0])
     assert last["positions"] == [1.5, 0.0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from types import TracebackType
 
 from pydantic import Field
@@ -14,9 +14,9 @@ from mosaic_core import (
     DataChannelReceivable,
     DataChannelSendable,
     Delivery,
+    FieldBounds,
     NoParams,
     Params,
-    Refused,
     Shared,
 )
 from mosaic_core.messages import JointState, JointTarget, wall_time_us
@@ -116,16 +116,21 @@ class SimMastConfigurer(DataChannelConfigurer[SimMastParams]):
 
 class SimMastTarget(DataChannelReceivable[JointTarget]):
     requires_lease = True
+    item_names: Sequence[str] = tuple(RANGES_RAD)
+    limits: Mapping[str, FieldBounds] = {
+        f"positions.{name}": FieldBounds(min=low, max=high) for name, (low, high) in RANGES_RAD.items()
+    }
 
     def __init__(self, label: str, mast: Mast) -> None:
         super().__init__(label)
         self._mast = mast
 
     def handle_data(self, data: JointTarget) -> None:
-        unknown = [name for name in data.names if name not in RANGES_RAD]
-        if unknown:
-            raise Refused("channel.invalid", f"there is no joint {unknown[0]!r}; known: {', '.join(RANGES_RAD)}")
         self._mast.aim(dict(zip(data.names, data.positions, strict=True)), data.duration_s, self.monotonic_s())
+
+    def reported_position(self, field: str) -> float | None:
+        positions, _ = self._mast.look(self.monotonic_s())
+        return positions.get(field.removeprefix("positions."))
 
     def make_safe(self, cause: str) -> None:
         self._mast.halt(self.monotonic_s())

@@ -1,5 +1,6 @@
 import type { Catalogue, CatalogueEntry } from '@mosaic/protocol'
 import { Value, type Readable } from '../platform/Readable'
+import { entryFor } from '../words/entriesApart'
 
 /**
  * Keeps what is known of a robot's connectors: the server's short form, the full one that a live robot told, or, of a robot
@@ -16,7 +17,8 @@ export class KnownCatalogue {
   readonly value: Readable<Catalogue | null> = this.known
 
   entryOf(label: string): CatalogueEntry | null {
-    return this.known.get()?.entries.find((entry) => entry.label === label) ?? null
+    const catalogue = this.known.get()
+    return (catalogue && entryFor(catalogue, label)) ?? null
   }
 
   /** True where the robot or its server said it. */

@@ -1,4 +1,4 @@
-import { messages } from '@mosaic/client'
+import { entriesApart, messages } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
@@ -96,5 +96,6 @@ function PlaceBar({ name, position, range }: { name: string; position: number | 
 /** The limits of whatever moves the joints of this robot. */
 function useCommandSafety(robotId: string): Record<string, unknown> | undefined {
   const catalogue = useReadable(useRobotConnection(robotId).catalogue)
-  return catalogue?.entries.find(({ schemaId }) => schemaId === messages.SCHEMA_IDS.JointTarget)?.safety
+  const entries = catalogue === null ? [] : entriesApart(catalogue)
+  return entries.find(({ schemaId }) => schemaId === messages.SCHEMA_IDS.JointTarget)?.safety
 }

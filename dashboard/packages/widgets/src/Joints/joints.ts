@@ -41,12 +41,12 @@ export function rangeOf(safety: Record<string, unknown> | undefined, field: stri
   const limits = isObject(safety?.['limits']) ? safety['limits'] : {}
   const general = field.replace(/\.[^.]*$/, `.${ANY}`)
   const found = [limits[field], limits[general]].filter(isObject)
-  return { min: tightest(found, 'min', Math.max), max: tightest(found, 'max', Math.min) }
+  return { min: said(found, 'min'), max: said(found, 'max') }
 }
 
-function tightest(limits: readonly Record<string, unknown>[], key: string, chosen: (...values: number[]) => number): number | null {
-  const values = limits.map((limit) => limit[key]).filter((value) => typeof value === 'number')
-  return values.length === 0 ? null : chosen(...values)
+/** What a joint says itself, else what is said of all of them. */
+function said(limits: readonly Record<string, unknown>[], key: string): number | null {
+  return limits.map((limit) => limit[key]).find((value) => typeof value === 'number') ?? null
 }
 
 /** The names that the limits of a list have: joints that are known before any of them is seen. */

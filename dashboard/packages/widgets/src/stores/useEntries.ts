@@ -1,4 +1,4 @@
-import type { CatalogueEntry } from '@mosaic/client'
+import { entriesApart, type CatalogueEntry } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useMemo } from 'react'
 
@@ -6,7 +6,13 @@ import { useMemo } from 'react'
 export function useEntries(robotId: string, schemaIds: readonly string[]): readonly CatalogueEntry[] {
   const catalogue = useReadable(useRobotConnection(robotId).catalogue)
   return useMemo(
-    () => (catalogue?.entries ?? []).filter((entry) => entry.direction !== 'to-robot' && schemaIds.includes(entry.schemaId ?? '')),
+    () => (catalogue === null ? [] : entriesApart(catalogue)).filter((entry) => schemaIds.includes(arrivingId(entry) ?? '')),
     [catalogue, schemaIds],
   )
+}
+
+/** The schema id of what the robot sends. */
+function arrivingId({ dataType, direction, schemaId, sentSchemaId }: CatalogueEntry): string | undefined {
+  if (direction === 'to-robot') return undefined
+  return dataType === 'json-bi' ? sentSchemaId : schemaId
 }
