@@ -110,9 +110,9 @@ describe('of a connector with several handlers', () => {
   test('every channel has a card, with the widget that fits it best', () => {
     const shown = entriesApart({ entries: [entry({ label: 'arm', dataType: 'json-u2r', channels })] })
     expect(shown.map((one) => [one.label, chooseWidget(widgets, one)?.id])).toEqual([
-      ['arm', 'json-sender'],
+      ['arm', 'joint-command'],
       ['arm_base', 'drive-pad'],
-      ['arm_state', 'value-cards'],
+      ['arm_state', 'joints'],
       ['arm_load', 'time-plot'],
       ['arm_talk', 'json-sender'],
       ['arm_power', 'battery'],
