@@ -1,0 +1,1 @@
+"""The connectors: what stands in a robot's YAML file."""

@@ -1,0 +1,80 @@
+"""Watches a topic of joint states, so that an arm's limits begin where it is, and a stop holds it there."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from types import TracebackType
+from typing import Self
+
+from mosaic_core.words.errors import MosaicError
+from mosaic_ros2.bus.qos import QosProfile
+from mosaic_ros2.bus.shared_bus import SharedBus
+from mosaic_ros2.cdr.cursor import CdrError
+from mosaic_ros2.cdr.decoding import Decoder
+from mosaic_ros2.conversion.to_ros import positions_in
+
+_log = logging.getLogger(__name__)
+
+TYPE = "sensor_msgs/msg/JointState"
+FRESH_S = 1.0
+"""What is older is no position any more."""
+RETRY_S = 2.0
+WAKE_S = 0.2
+JOIN_S = 1.0
+
+
+class JointWatch:
+    """Knows where joints are. Enter it with the robot; a thread of its own reads."""
+
+    def __init__(self, shared: SharedBus, topic: str) -> None:
+        self._shared = shared
+        self._topic = topic
+        self._is_closing = threading.Event()
+        self._known: tuple[float, dict[str, float]] = (float("-inf"), {})
+        self._thread: threading.Thread | None = None
+
+    def positions(self) -> dict[str, float]:
+        """Every joint's position, in its own unit, by its name; empty where none came lately. Any thread."""
+        at_s, positions = self._known
+        return positions if time.monotonic() - at_s < FRESH_S else {}
+
+    def __enter__(self) -> Self:
+        self._is_closing.clear()
+        self._thread = threading.Thread(target=self._watch, name=f"ros2 {self._topic}", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._is_closing.set()
+        if self._thread is not None:
+            self._thread.join(JOIN_S)
+
+    def _watch(self) -> None:
+        told = ""
+        while not self._is_closing.is_set():
+            try:
+                self._read()
+            except MosaicError as error:
+                if told != str(error):
+                    told = str(error)
+                    _log.error("can't watch %s: %s; trying again", self._topic, error)
+                self._is_closing.wait(RETRY_S)
+
+    def _read(self) -> None:
+        """Best effort: joint states come often, and such a subscription hears every publisher."""
+        decoder = Decoder(self._shared.book, TYPE)
+        subscription = self._shared.joined().subscribe(self._topic, TYPE, QosProfile(is_reliable=False, depth=1))
+        try:
+            while not self._is_closing.is_set():
+                for arrived in subscription.take(WAKE_S):
+                    try:
+                        found = positions_in(decoder.decode(arrived.data))
+                    except CdrError:
+                        continue  # the topic is another one's to complain about
+                    self._known = (time.monotonic(), {**self.positions(), **found})
+        finally:
+            subscription.close()

@@ -1,0 +1,103 @@
+"""Publishes what operators send, and what makes the robot safe: a standstill of a Twist, or a message that is named."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.messages import STANDSTILL, Twist
+from mosaic_core.words.data_type import Delivery
+from mosaic_ros2.bus.kept_publication import KeptPublication
+from mosaic_ros2.cdr.cursor import CdrError
+from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.connectors.safety import BASE_TIMEOUT_S
+from mosaic_ros2.conversion.json_form import fields_of
+from mosaic_ros2.conversion.to_ros import header, ros_twist
+
+T = TypeVar("T")
+
+
+class RosPublisher(DataChannelReceivable[T], Generic[T]):
+    """Publishes what operators send, and what makes the robot safe."""
+
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+
+    def __init__(self, label: str, publication: KeptPublication, encoder: Encoder) -> None:
+        super().__init__(label)
+        self.publication = publication
+        self._encoder = encoder
+
+    def fields(self, data: T) -> Mapping[str, Any]:
+        """The message of ROS."""
+        raise NotImplementedError
+
+    def safe_fields(self) -> Mapping[str, Any] | None:
+        """The message that makes the robot safe; ``None``: there is none."""
+        return None
+
+    def handle_data(self, data: T) -> None:
+        """Receiver's thread."""
+        try:
+            encoded = self._encoder.encode(self.fields(data))
+        except CdrError as error:
+            raise Refused("channel.invalid", str(error)) from error
+        self.publication.send(encoded)
+
+    def make_safe(self, cause: str) -> None:
+        """Safety thread."""
+        safe = self.safe_fields()
+        if safe is not None:
+            self.publication.send_whatever(self._encoder.encode(safe))
+
+
+class TwistPublisher(RosPublisher[Twist]):
+    """Publishes velocities; a standstill when nobody commands."""
+
+    widget: ClassVar[str | None] = "drive-pad"
+    requires_lease = True
+    timeout_s = BASE_TIMEOUT_S
+
+    def __init__(self, label: str, publication: KeptPublication, encoder: Encoder, frame_id: str | None = None) -> None:
+        """``frame_id``: of a stamped twist; ``None``: it has no header."""
+        super().__init__(label, publication, encoder)
+        self._frame_id = frame_id
+
+    def fields(self, data: Twist) -> Mapping[str, Any]:
+        if self._frame_id is None:
+            return ros_twist(data)
+        return {"header": header(self._frame_id), "twist": ros_twist(data)}
+
+    def safe_fields(self) -> Mapping[str, Any]:
+        return self.fields(STANDSTILL)
+
+
+class JsonPublisher(RosPublisher[T], Generic[T]):
+    """Publishes any type by its JSON."""
+
+    delivery: ClassVar[Delivery] = Delivery.RELIABLE
+
+    def __init__(
+        self, label: str, publication: KeptPublication, encoder: Encoder, safe: Mapping[str, Any] | None
+    ) -> None:
+        super().__init__(label, publication, encoder)
+        self._safe = safe
+
+    def fields(self, data: T) -> Mapping[str, Any]:
+        return fields_of(data)  # type: ignore[arg-type]
+
+    def safe_fields(self) -> Mapping[str, Any] | None:
+        return self._safe
+
+
+def json_publisher(message: Any, motion_fields: tuple[str, ...]) -> type[JsonPublisher[Any]]:
+    """A handler class of this message; one that moves something needs the lease."""
+    content: dict[str, Any] = {"__module__": __name__, "motion_fields": motion_fields}
+    if motion_fields:
+        content |= {"requires_lease": True, "timeout_s": BASE_TIMEOUT_S, "delivery": Delivery.LATEST}
+    base: Any = JsonPublisher[message]
+    made: type[JsonPublisher[Any]] = types.new_class(
+        "JsonPublisherOfType", (base,), {}, lambda own: own.update(content)
+    )
+    return made

@@ -1,0 +1,1 @@
+"""What ROS 2 messages, services and actions consist of."""
