@@ -40,7 +40,9 @@ SERVICES = {
     "example_interfaces/msg/Fibonacci_SendGoal_Response": "bool accepted\nbuiltin_interfaces/Time stamp",
     "example_interfaces/msg/Fibonacci_GetResult_Request": "unique_identifier_msgs/UUID goal_id",
     "example_interfaces/msg/Fibonacci_GetResult_Response": "int8 status\nFibonacci_Result result",
-    "example_interfaces/msg/Fibonacci_FeedbackMessage": "unique_identifier_msgs/UUID goal_id\nFibonacci_Feedback feedback",
+    "example_interfaces/msg/Fibonacci_FeedbackMessage": (
+        "unique_identifier_msgs/UUID goal_id\nFibonacci_Feedback feedback"
+    ),
     "action_msgs/msg/CancelGoal_Request": "GoalInfo goal_info",
     "action_msgs/msg/CancelGoal_Response": "int8 return_code\nGoalInfo[] goals_canceling",
 }

@@ -43,6 +43,7 @@ class DdsServiceCaller:
         endpoints: Callable[[], Sequence[HeardEndpoint]],
     ) -> None:
         self._service = service
+        self._type_name = type_name
         self._endpoints = endpoints
         self._requests = DdsPublication(*topic_of(request_topic_of(service), f"{type_name}_Request"), RELIABLE)
         self._replies = WaitingReader(*topic_of(reply_topic_of(service), f"{type_name}_Response"), RELIABLE)
@@ -81,11 +82,20 @@ class DdsServiceCaller:
             if is_over():
                 return False
             if patience <= 0:
-                raise BusError(f"no server of {self._service} is heard", "is its node running, in this domain?")
+                raise BusError(*self._why_unmatched())
             self._read()
         if any(one.is_foreign_service and one.name == self._service for one in self._endpoints()):
             raise BusError(f"the server of {self._service} speaks Fast DDS' way of requests", OTHER_RMW)
         return True
+
+    def _why_unmatched(self) -> tuple[str, str]:
+        servers = [one for one in self._endpoints() if one.role == "server" and one.name == self._service]
+        if not servers:
+            return f"no server of {self._service} is heard", "is its node running, in this domain?"
+        kind = servers[0].type
+        if kind != self._type_name:
+            return f"{self._service} is of the type {kind}, not {self._type_name}", f"write `type: {kind}`"
+        return f"the server of {self._service} has other fields than are known here", "write its `distribution` of ROS"
 
     def _read(self) -> None:
         with self._reading:

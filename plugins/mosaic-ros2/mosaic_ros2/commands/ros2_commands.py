@@ -1,0 +1,118 @@
+"""The command tree of ``mosaic ros2``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mosaic_core.cli.terminal.error_report import usage
+from mosaic_core.cli.terminal.plain_table import print_table
+
+app = typer.Typer(
+    name="ros2", help="What is heard of ROS 2: topics, messages, services, and a robot's file.", no_args_is_help=True
+)
+
+Domain = Annotated[int | None, typer.Option(help="ROS_DOMAIN_ID of the nodes; default: this shell's.", min=0, max=232)]
+Transport = Annotated[str, typer.Option(help="dds, or zenoh for nodes of rmw_zenoh.")]
+Interface = Annotated[str, typer.Option(help="DDS: network interface or its address, lo say.")]
+Peers = Annotated[
+    list[str] | None,
+    typer.Option("--peer", help="DDS: a host beyond multicast. Zenoh: a router's endpoint."),
+]
+Definitions = Annotated[
+    list[str] | None, typer.Option("--definitions", help="A .msg file or a package's folder, for types of your own.")
+]
+Wait = Annotated[float, typer.Option(help="Seconds to listen.", min=0.1, max=600)]
+ShowsAll = Annotated[bool, typer.Option("--all", help="Also what ROS keeps to itself: parts of actions, parameters.")]
+
+
+@app.command()
+def topics(
+    domain: Domain = None,
+    transport: Transport = "dds",
+    interface: Interface = "",
+    peer: Peers = None,
+    wait: Wait = 2.0,
+    shows_all: ShowsAll = False,
+) -> None:
+    """List the topics that are heard, with their types and what their publishers offer."""
+    from mosaic_ros2.commands.hearing import heard, topic_rows
+
+    rows = topic_rows(heard(_choice(domain, transport, interface, peer, None), wait), shows_all=shows_all)
+    print_table(("topic", "type", "publishers", "subscriptions", "offered"), rows, folded=1)
+
+
+@app.command()
+def services(
+    domain: Domain = None,
+    transport: Transport = "dds",
+    interface: Interface = "",
+    peer: Peers = None,
+    wait: Wait = 2.0,
+    shows_all: ShowsAll = False,
+) -> None:
+    """List the services and actions that are heard, and whether they can be called from here."""
+    from mosaic_ros2.commands.hearing import heard, service_rows
+
+    rows = service_rows(heard(_choice(domain, transport, interface, peer, None), wait), shows_all=shows_all)
+    print_table(("name", "kind", "type", "callable"), rows, folded=3)
+
+
+@app.command()
+def echo(
+    topic: Annotated[str, typer.Argument(help="The topic, like /scan.")],
+    type_name: Annotated[str, typer.Option("--type", help="Its type; default: what its publisher has.")] = "",
+    count: Annotated[int, typer.Option(help="End after so many messages; 0: never.", min=0)] = 0,
+    domain: Domain = None,
+    transport: Transport = "dds",
+    interface: Interface = "",
+    peer: Peers = None,
+    definitions: Definitions = None,
+    wait: Wait = 5.0,
+) -> None:
+    """Print a topic's messages, one JSON object a line, as an operator would get them."""
+    from mosaic_ros2.commands.hearing import echoed
+
+    try:
+        for line in echoed(_choice(domain, transport, interface, peer, definitions), topic, type_name, wait, count):
+            typer.echo(line)
+    except KeyboardInterrupt:
+        raise typer.Exit(130) from None
+
+
+@app.command()
+def init(
+    output: Annotated[Path, typer.Argument(help="The file to write; - for the terminal.")] = Path("mosaic_config.yaml"),
+    domain: Domain = None,
+    transport: Transport = "dds",
+    interface: Interface = "",
+    peer: Peers = None,
+    wait: Wait = 3.0,
+    force: Annotated[bool, typer.Option(help="Overwrite a file that is there.")] = False,
+) -> None:
+    """Write a robot's YAML file with a connector for everything that is heard."""
+    from mosaic_ros2.commands.hearing import heard
+    from mosaic_ros2.commands.robot_file import robot_file
+
+    to_terminal = str(output) == "-"
+    if not to_terminal and output.exists() and not force:
+        usage(f"{output} is there already; --force overwrites it")
+    choice = _choice(domain, transport, interface, peer, None)
+    text, count = robot_file(heard(choice, wait), choice)
+    if to_terminal:
+        typer.echo(text, nl=False)
+        return
+    output.write_text(text, encoding="utf-8")
+    typer.echo(f"{output}: {count} connectors. Look through it, then: mosaic validate {output}")
+
+
+def _choice(
+    domain: int | None, transport: str, interface: str, peers: list[str] | None, definitions: list[str] | None
+) -> object:
+    from mosaic_ros2.commands.hearing import chosen
+
+    if transport not in ("dds", "zenoh"):
+        usage(f"no transport {transport!r}. There are: dds, zenoh")
+    return chosen(domain, transport, interface, peers or [], definitions or [])
