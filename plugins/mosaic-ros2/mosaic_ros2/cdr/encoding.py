@@ -100,7 +100,7 @@ def _number_writer(base: str) -> Writer:
 
     def write(out: bytearray, value: Any) -> None:
         _pad(out, size)
-        out.extend(packed.pack(value or 0))
+        out.extend(packed.pack(0 if value is None else value))
 
     return write
 

@@ -36,7 +36,7 @@ def model_of(book: TypeBook, name: str, *, is_command: bool) -> type[Message]:
             if field.name == EMPTY_MEMBER:
                 continue
             annotation, default = _annotation(field.type, made, is_command)
-            own = f"{field.name}_" if field.name in _TAKEN or field.name.startswith("_") else field.name
+            own = f"{field.name.strip('_')}_" if field.name in _TAKEN or field.name.startswith("_") else field.name
             alias = field.name if own != field.name else None
             fields[own] = (annotation, Field(default=default, alias=alias) if is_command else Field(alias=alias))
         title = one.name.replace("/msg/", "/")
