@@ -137,7 +137,7 @@ def headings(page: Path) -> set[str]:
 def test_every_mosaic_command_in_the_docs_exists(page: str, text: str) -> None:
     known = (ROOT / "docs/reference/command-line.md").read_text()
     for line in text.splitlines():
-        match = re.match(r"\s*(?:\$ )?mosaic((?: [a-z]+)+)", line)
+        match = re.match(r"\s*(?:\$ )?mosaic((?: [a-z][a-z0-9]*)+)", line)
         if match:
             words = match[1].split()
             assert any(f"## `mosaic {' '.join(words[:count])}`" in known for count in range(len(words), 0, -1)), line

@@ -6,11 +6,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 
+from mosaic_core.testing import FakeClock
 from mosaic_ros2.bus.bus import Arrived, BusError, HeardEndpoint, ServiceCaller
 from mosaic_ros2.bus.qos import QosProfile, misfits
 from mosaic_ros2.bus.shared_bus import BusChoice, SharedBus
-
-from mosaic_core.testing import FakeClock
 
 PATIENCE_S = 7200.0
 

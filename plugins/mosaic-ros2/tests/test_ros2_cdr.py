@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rosbags.interfaces import Nodetype
+from support.ros_side import STORE, decoded, encoded
+
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import DTYPES, Decoder
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.definitions.bundled import bundled
 from mosaic_ros2.definitions.type_book import TypeBook
-from rosbags.interfaces import Nodetype
-from support.ros_side import STORE, decoded, encoded
 
 BOOK = TypeBook(shares=())
 BOTH = sorted(name for name in bundled() if name in STORE.fielddefs)

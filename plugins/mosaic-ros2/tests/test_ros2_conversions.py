@@ -6,14 +6,14 @@ import math
 from typing import Any
 
 import pytest
+from support.ros_side import encoded
+
+from mosaic_core.messages import STANDARD_MESSAGES, JointTarget, Twist
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.conversion.from_ros import CONVERSIONS
 from mosaic_ros2.conversion.to_ros import positions_in, ros_trajectory, ros_twist
 from mosaic_ros2.definitions.type_book import TypeBook
-from support.ros_side import encoded
-
-from mosaic_core.messages import STANDARD_MESSAGES, JointTarget, Twist
 
 BOOK = TypeBook(shares=())
 HEADER = {"stamp": {"sec": 2, "nanosec": 5000}, "frame_id": "laser"}

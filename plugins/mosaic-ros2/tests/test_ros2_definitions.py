@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from mosaic_ros2.definitions.bundled import DISTRIBUTIONS, bundled
 from mosaic_ros2.definitions.definition import DefinitionError, FieldType, dds_name, full_name
 from mosaic_ros2.definitions.msg_text import field_type, read_action, read_message, read_service

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
+
 from mosaic_ros2.conversion.json_form import fields_of, model_of, plain
 from mosaic_ros2.definitions.definition import Definition, Field, FieldType
 from mosaic_ros2.definitions.type_book import TypeBook
-from pydantic import ValidationError
 
 BOOK = TypeBook(shares=())
 

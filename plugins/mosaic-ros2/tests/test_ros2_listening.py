@@ -8,15 +8,15 @@ from itertools import islice
 from typing import Any
 
 import pytest
-from mosaic_ros2.bus.bus import HeardEndpoint
-from mosaic_ros2.bus.qos import LATCHED, RELIABLE, SENSOR, QosProfile, fitting, misfits
-from mosaic_ros2.connectors.topic import Ros2TopicParams, RosTopic, topic_class
-from mosaic_ros2.conversion.from_ros import CONVERSIONS
 from support.memory_bus import MemoryBus, SharedMemoryBus
 from support.ros_side import encoded
 
 from mosaic_core import DeviceGone
 from mosaic_core.testing import FakeClock, FakeHost, fake_host
+from mosaic_ros2.bus.bus import HeardEndpoint
+from mosaic_ros2.bus.qos import LATCHED, RELIABLE, SENSOR, QosProfile, fitting, misfits
+from mosaic_ros2.connectors.topic import Ros2TopicParams, RosTopic, topic_class
+from mosaic_ros2.conversion.from_ros import CONVERSIONS
 
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 PUBLISHER = HeardEndpoint("/heat", TEMPERATURE, "publisher", SENSOR)

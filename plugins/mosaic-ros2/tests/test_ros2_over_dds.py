@@ -9,13 +9,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.ros_side import RosNode, made, qos
+
+from mosaic_core.drill import findings as drill_findings
+from mosaic_core.drill.drill import drill
+from mosaic_core.laboratory.joining import checked_config
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.testing import Joined, build, collect, connector, joined, take_frames, until
+from mosaic_ros2.bus.dds import dds_service
 from mosaic_ros2.connectors.action import Ros2ActionConfigurer
+from mosaic_ros2.connectors.image import Ros2ImageConfigurer
+from mosaic_ros2.connectors.point_cloud import Ros2PointCloudConfigurer
 from mosaic_ros2.connectors.publisher import Ros2PublisherConfigurer
 from mosaic_ros2.connectors.service import Ros2ServiceConfigurer
 from mosaic_ros2.connectors.topic import Ros2TopicConfigurer
-from support.ros_side import RosNode, made, qos
-
-from mosaic_core.testing import Joined, connector, joined, until
+from mosaic_sensors.point_cloud import decoded as decoded_cloud
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
@@ -56,8 +66,11 @@ async def test_a_service_answers_the_operator_who_asked(node: RosNode, here: dic
     assert [one["message"] for one in answers] == ["lamp True", "lamp False", "lamp True"]
 
 
-async def test_a_service_that_nobody_serves_is_refused(node: RosNode, here: dict[str, Any]) -> None:
+async def test_a_service_that_nobody_serves_is_refused(
+    node: RosNode, here: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     params = {**here, "service": "/nobody", "type": "std_srvs/srv/SetBool"}
+    monkeypatch.setattr(dds_service, "MATCH_S", 0.5)
     async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
         with pytest.raises(Exception, match="no server of /nobody"):
             await link.connection.request("lamp", {"data": True}, timeout_s=10)
@@ -126,3 +139,106 @@ async def test_a_velocity_reaches_the_node_within_its_limits(node: RosNode, here
     assert (first.linear.x, first.angular.z) == pytest.approx((0.5, 0.2))
     assert standstill == made("geometry_msgs/msg/Twist")
     assert np.isclose(standstill.linear.x, 0.0)
+
+
+async def test_a_goal_is_cancelled_when_its_operator_gives_it_up(node: RosNode, here: dict[str, Any]) -> None:
+    server = FibonacciServer(node)
+    params = {**here, "action": "/count", "type": FIBONACCI, "requires_lease": False}
+    async with joined(connector(Ros2ActionConfigurer, label="count", params=params)) as link:
+        asked = asyncio.create_task(link.connection.request("count", {"order": 4}, timeout_s=20))
+        await until(lambda: server.goal is not None)
+        asked.cancel()
+        await until(lambda: server.cancelled is not None)
+    assert bytes(server.cancelled) == bytes(server.goal.goal_id.uuid)
+
+
+async def test_a_service_of_another_type_is_told_with_what_to_write(
+    node: RosNode, here: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dds_service, "MATCH_S", 0.5)
+    node.server("/lamp", "std_srvs/srv/SetBool", lambda ask: {})
+    params = {**here, "service": "/lamp", "type": "std_srvs/srv/Trigger"}
+    async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
+        with pytest.raises(Exception, match="write `type: std_srvs/srv/SetBool`"):
+            await link.connection.request("lamp", {}, timeout_s=10)
+
+
+async def test_a_node_that_vanishes_and_returns_is_heard_again(node: RosNode, domain: int) -> None:
+    params = {"domain": domain, "topic": "/heat", "type": "sensor_msgs/msg/Temperature", "silence_s": 0.3}
+    async with joined(connector(Ros2TopicConfigurer, label="heat", params=params)) as link:
+        link.connection.receivable("heat")
+        for celsius in (1.0, 2.0):
+            heat = node.publisher("/heat", "sensor_msgs/msg/Temperature")
+            await until(lambda heat=heat: heat.readers)  # type: ignore[misc]
+            heat.write({"temperature": celsius})
+            assert (await next_json(link, "heat"))["temperature_c"] == celsius
+            heat.close()
+
+
+def test_a_latched_map_comes_to_whoever_listens_later(node: RosNode, here: dict[str, Any]) -> None:
+    maps = node.publisher("/map", "nav_msgs/msg/OccupancyGrid", qos(latched=True, depth=1))
+    maps.write({"info": {"resolution": 0.1, "width": 2, "height": 1}, "data": [0, 100]})
+    params = {**here, "topic": "/map", "type": "nav_msgs/msg/OccupancyGrid"}
+    for _ in range(2):
+        (grid,) = collect(build(Ros2TopicConfigurer, params=params), 1)
+        assert grid.data == [0, 100]
+
+
+class Repeated:
+    """Publishes one message ten times a second until the block ends."""
+
+    def __init__(self, write: Any) -> None:
+        self._write = write
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self) -> None:
+        while not self._is_over.wait(0.1):
+            self._write()
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._is_over.set()
+        self._thread.join()
+
+
+def test_pictures_and_clouds_of_a_node_arrive(node: RosNode, here: dict[str, Any]) -> None:
+    pixels = np.full((48, 64, 3), (10, 20, 30), np.uint8)
+    images = node.publisher("/image", "sensor_msgs/msg/Image", qos(reliable=False))
+    clouds = node.publisher("/points", "sensor_msgs/msg/PointCloud2")
+    points = np.arange(300, dtype=np.float32).reshape(100, 3)
+    fields = [{"name": name, "offset": 4 * at, "datatype": 7, "count": 1} for at, name in enumerate("xyz")]
+
+    def write() -> None:
+        image = {"height": 48, "width": 64, "step": 192, "encoding": "rgb8", "data": pixels.reshape(-1)}
+        images.write(image)
+        size = {"height": 1, "width": 100, "point_step": 12, "row_step": 1200}
+        clouds.write({**size, "fields": fields, "data": points.reshape(-1).view(np.uint8)})
+
+    with Repeated(write):
+        (picture,) = take_frames(build(Ros2ImageConfigurer, params={**here, "topic": "/image"}), 1)
+        handler = build(Ros2PointCloudConfigurer, params={**here, "topic": "/points"})[0]
+        (cloud,) = collect(handler, 1)  # type: ignore[arg-type]
+    assert picture.image[0, 0].tolist() == [30, 20, 10]  # type: ignore[union-attr]
+    np.testing.assert_allclose(decoded_cloud(cloud).xyz, points, atol=0.006)
+
+
+async def test_the_drill_passes_on_a_base_and_on_an_arm_of_a_node(
+    node: RosNode, here: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drill_findings, "TOLERANCE_S", 10.0)  # how late a busy machine is must not decide here
+    heard = node.subscription("/cmd_vel", "geometry_msgs/msg/Twist")
+    params = {**here, "topic": "/cmd_vel", "type": "geometry_msgs/msg/Twist"}
+    safety = {"max_linear_mps": 0.5, "max_angular_radps": 1.0, "timeout_s": 1.0, "max_rate_hz": 40}
+    entry = connector(Ros2PublisherConfigurer, label="drive", params=params, safety=safety)
+    configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([]))
+    configured = configurer.configure(checked_config((entry,), {}))
+    found = {
+        one.exercise: one.verdict
+        async for one in drill(configured, live=False, only=("silence", "stop", "out-of-range"))
+    }
+    assert "failed" not in found.values(), found
+    assert found["silence"] == found["stop"] == "passed"
+    assert heard.writers == 0

@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+
 from mosaic_ros2.conversion.clouds import cloud_from
 from mosaic_ros2.conversion.pictures import decompressed, picture_of
 

@@ -12,7 +12,7 @@ from mosaic_core.contract.params import unit
 from mosaic_core.machines.timing.pacing import GridThinning
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.connectors.listening import Listening
+from mosaic_ros2.connectors.listening import TopicListener
 from mosaic_ros2.connectors.params import ReadsTopicParams
 from mosaic_ros2.conversion.pictures import READERS
 
@@ -40,7 +40,7 @@ class RosImage(MediaTrackHandler):
 
     def frames(self) -> Iterator[Captured]:
         type_name = "" if self.params.type == "auto" else self.params.type
-        listening = Listening(self, self._shared, self.params, type_name, newest_only=True)
+        listening = TopicListener(self, self._shared, self.params, type_name, newest_only=True)
         pace = GridThinning(self.params.fps) if self.params.fps is not None else None
         decoder: Decoder | None = None
         for arrived in listening.arrivals():

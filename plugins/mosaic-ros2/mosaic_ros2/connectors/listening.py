@@ -29,7 +29,7 @@ _LATE_S = 5.0
 """A publisher's stamp that is older is no age but another clock."""
 
 
-class Listening:
+class TopicListener:
     """One topic as a handler listens to it. All of it runs on the handler's thread."""
 
     def __init__(

@@ -11,7 +11,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Handler
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.connectors.listening import Listening
+from mosaic_ros2.connectors.listening import TopicListener
 from mosaic_ros2.connectors.params import ReadsTopicParams
 from mosaic_ros2.conversion.clouds import cloud_from
 from mosaic_sensors.point_cloud import PointCloud, PointCloudParams, PointCloudSender
@@ -32,7 +32,7 @@ class RosPointCloud(PointCloudSender):
         self._shared = shared
 
     def clouds(self) -> Iterator[PointCloud]:
-        listening = Listening(self, self._shared, self.params, CLOUD, newest_only=True)
+        listening = TopicListener(self, self._shared, self.params, CLOUD, newest_only=True)
         decoder = Decoder(self._shared.book, CLOUD)
         for arrived in listening.arrivals():
             if arrived is None:

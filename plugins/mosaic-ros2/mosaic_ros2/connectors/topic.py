@@ -19,7 +19,7 @@ from mosaic_ros2.bus.bus import Arrived
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.connectors.listening import Listening
+from mosaic_ros2.connectors.listening import TopicListener
 from mosaic_ros2.connectors.params import ReadsTopicParams, TypeName
 from mosaic_ros2.connectors.thinning import KeyedThinning
 from mosaic_ros2.conversion.from_ros import CONVERSIONS, Conversion
@@ -69,13 +69,13 @@ class RosTopic(DataChannelSendable[T], Generic[T]):
         self._thinning: KeyedThinning[Any] = KeyedThinning(params.max_rate_hz)
 
     def messages(self) -> Iterator[Any]:
-        listening = Listening(self, self._shared, self.params, self.params.type or "")
+        listening = TopicListener(self, self._shared, self.params, self.params.type or "")
         decoder: Decoder | None = None
         for arrived in listening.arrivals():
             decoder = decoder or Decoder(self._shared.book, listening.type_name)
             yield from self._thinned(arrived, decoder, listening)
 
-    def _thinned(self, arrived: Arrived | None, decoder: Decoder, listening: Listening) -> Iterator[Any]:
+    def _thinned(self, arrived: Arrived | None, decoder: Decoder, listening: TopicListener) -> Iterator[Any]:
         """One topic is thinned before it is decoded; frames and parts of one topic after that."""
         now_s, conversion = self.monotonic_s(), self.conversion
         is_keyed = conversion is not None and conversion.key is not None
@@ -96,7 +96,7 @@ class RosTopic(DataChannelSendable[T], Generic[T]):
             elif one is not None:
                 yield one
 
-    def _converted(self, arrived: Arrived, decoder: Decoder, listening: Listening) -> Iterable[Any]:
+    def _converted(self, arrived: Arrived, decoder: Decoder, listening: TopicListener) -> Iterable[Any]:
         try:
             if len(arrived.data) > self.params.max_bytes:
                 raise CdrError(f"{len(arrived.data)} bytes are more than max_bytes ({self.params.max_bytes})")

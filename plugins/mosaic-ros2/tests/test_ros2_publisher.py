@@ -1,0 +1,185 @@
+"""Commands to topics: limits, silence, stops, an arm that is held, a bus that is away, and mistakes of the file."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import pytest
+from support.memory_bus import MemoryBus, SharedMemoryBus
+from support.ros_side import RosNode, decoded, encoded
+
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.handler import Refused
+from mosaic_core.messages import JointTarget, Twist
+from mosaic_core.testing import FakeClock, LosesLease, Silence, Stopped, build, feed
+from mosaic_core.words.errors import ConfigError
+from mosaic_ros2.bus.kept_publication import KeptPublication
+from mosaic_ros2.bus.qos import LATCHED, RELIABLE
+from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.connectors.joint_watch import JointWatch
+from mosaic_ros2.connectors.publisher import (
+    OriginalTwistConfigurer,
+    OriginalTwistStampedConfigurer,
+    Ros2PublisherConfigurer,
+)
+from mosaic_ros2.connectors.publishing import TwistPublisher
+from mosaic_ros2.connectors.trajectory import trajectory_publisher
+
+TWIST = "geometry_msgs/msg/Twist"
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+SPEEDS = {"max_linear_mps": 0.5, "max_angular_radps": 1.0}
+FORWARD = {"linear": {"x": 0.3}}
+
+
+class Rig:
+    """A publisher on a bus in memory, and what was published."""
+
+    def __init__(self, type_name: str, make: Any, qos: Any = RELIABLE) -> None:
+        self.bus = MemoryBus(FakeClock())
+        self.shared = SharedMemoryBus(self.bus)
+        self.type_name = type_name
+        self.publication = KeptPublication(self.shared, "/topic", type_name, qos)
+        self.publication.__enter__()
+        self.publication.wait_until_heard(5)
+        self.handler = make(self.publication, Encoder(self.shared.book, type_name))
+
+    def published(self) -> list[Any]:
+        return [decoded(self.type_name, one) for one in self.bus.published]
+
+    def close(self) -> None:
+        self.publication.__exit__(None, None, None)
+
+
+@pytest.fixture
+def base() -> Any:
+    rig = Rig(TWIST, lambda *parts: TwistPublisher("drive", *parts))
+    yield rig
+    rig.close()
+
+
+@pytest.mark.parametrize("what", [Silence(1.0), Stopped(), LosesLease()])
+def test_a_base_stands_still_when_nobody_commands_it_any_more(base: Rig, what: Any) -> None:
+    assert feed(base.handler, [FORWARD, what]).made_safe
+    first, last = base.published()
+    assert (first.linear.x, last.linear.x) == (0.3, 0.0)
+
+
+def test_a_command_that_nobody_hears_is_refused_and_a_standstill_is_published_all_the_same(base: Rig) -> None:
+    base.bus.readers = 0
+    with pytest.raises(Refused, match="nobody subscribes to /topic"):
+        base.handler.handle_data(Twist.planar(0.3))
+    base.handler.make_safe("safety.stop")
+    assert len(base.published()) == 1
+
+
+def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_again(base: Rig) -> None:
+    base.bus.fails = True
+    with pytest.raises(Refused, match="the bus is away"):
+        base.handler.handle_data(Twist.planar(0.3))
+    with pytest.raises(Exception, match="the bus is away"):
+        base.handler.make_safe("safety.stop")
+
+
+def test_a_bus_that_is_away_when_the_robot_starts_is_told_to_whoever_commands() -> None:
+    bus = MemoryBus(FakeClock())
+    bus.fails = True
+    publication = KeptPublication(SharedMemoryBus(bus), "/topic", TWIST, RELIABLE)
+    with publication, pytest.raises(Refused, match="/topic is not open"):
+        publication.send(b"")
+
+
+def test_a_latched_message_needs_nobody_who_hears_it_now() -> None:
+    rig = Rig("std_msgs/msg/Bool", lambda publication, encoder: publication, LATCHED)
+    rig.bus.readers = 0
+    rig.publication.send(encoded("std_msgs/msg/Bool", {"data": True}))
+    assert rig.published()[0].data
+    rig.close()
+
+
+def test_a_base_without_limits_is_a_mistake_of_the_file_and_so_is_one_that_holds_its_velocity() -> None:
+    params = {"topic": "cmd_vel", "type": TWIST}
+    with pytest.raises(ConfigError, match=r"max_linear_mps: 0\.5, max_angular_radps"):
+        build(Ros2PublisherConfigurer, params=params)
+    with pytest.raises(ConfigError, match="drives on for ever"):
+        build(Ros2PublisherConfigurer, params=params, safety={**SPEEDS, "on_loss": "hold"})
+    with pytest.raises(ConfigError, match="are for a Twist"):
+        build(Ros2PublisherConfigurer, params={"topic": "a", "type": "std_msgs/Bool"}, safety=SPEEDS)
+    with pytest.raises(ConfigError, match="write `safe_message`"):
+        build(Ros2PublisherConfigurer, params={"topic": "a", "type": "std_msgs/Bool"}, safety={"timeout_s": 1})
+
+
+def test_a_safe_message_with_a_mistake_is_told_before_the_robot_starts() -> None:
+    params = {"topic": "lamp", "type": "std_msgs/Bool", "safe_message": {"dato": False}}
+    with pytest.raises(ValueError, match="did you mean 'data'"):
+        build(Ros2PublisherConfigurer, params=params)
+
+
+def test_numbers_that_mean_motion_need_the_lease_and_are_zero_when_nobody_commands() -> None:
+    params = {"topic": "speed", "type": "std_msgs/Float64", "motion_fields": ["data"]}
+    handler = build(Ros2PublisherConfigurer, params=params)
+    assert (handler.requires_lease, handler.timeout_s, handler.motion_fields) == (True, 0.5, ("data",))
+    assert handler.safe_fields() == {}
+
+
+@pytest.mark.parametrize("configurer", [OriginalTwistConfigurer, OriginalTwistStampedConfigurer])
+def test_the_receivers_of_original_robots_have_limits_by_themselves(configurer: Any) -> None:
+    handler = build(configurer, params={"topic_name": "cmd_vel"})
+    fed = feed(handler, [{"linear": {"x": 5.0}}])
+    assert fed.refused[0].code == "plugin.no_device"
+    assert isinstance(handler, TwistPublisher)
+
+
+class Arm(Rig):
+    """A trajectory publisher whose joint states are what a test says."""
+
+    def __init__(self, joints: tuple[str, ...] = ()) -> None:
+        self.at: dict[str, float] = {}
+
+        def make(publication: Any, encoder: Any) -> Any:
+            watch = JointWatch(self.shared, "/joint_states")
+            watch.positions = lambda: self.at  # type: ignore[method-assign]
+            return trajectory_publisher(joints)("arm", publication, encoder, watch, 1.0)
+
+        super().__init__(TRAJECTORY, make)
+
+
+def test_an_arm_is_held_where_it_is_when_nobody_commands_it_any_more() -> None:
+    arm = Arm()
+    arm.at = {"a": 0.1, "b": 0.2, "c": 9.0}
+    target = JointTarget(names=["a", "b"], positions=[1.0, 2.0]).model_dump(mode="json")
+    assert feed(arm.handler, [target, Silence(1.0)]).made_safe
+    sent, held = arm.published()
+    assert sent.points[0].positions.tolist() == [1.0, 2.0]
+    assert (held.joint_names, held.points[0].positions.tolist()) == (["a", "b"], [0.1, 0.2])
+    arm.close()
+
+
+def test_an_arm_whose_place_is_not_known_gets_a_trajectory_without_points() -> None:
+    arm = Arm()
+    feed(arm.handler, [JointTarget(names=["a"], positions=[1.0]).model_dump(mode="json"), Silence(1.0)])
+    assert arm.published()[-1].points == []
+    arm.close()
+
+
+def test_joints_that_are_named_move_no_faster_than_their_limits_from_where_they_are() -> None:
+    arm = Arm(("a", "b"))
+    arm.at = {"a": 0.5, "b": 0.0}
+    assert arm.handler.position_fields == ("a", "b")
+    assert arm.handler.reported_position("a") == 0.5
+    feed(arm.handler, [{"a": 1.0}])
+    assert arm.published()[0].joint_names == ["a"]
+    arm.close()
+
+
+def test_joint_states_of_a_node_tell_where_an_arm_is(node: RosNode, here: dict[str, Any]) -> None:
+    states = node.publisher("/joint_states", "sensor_msgs/msg/JointState")
+    shared = Shared()
+    params = {**here, "topic": "/arm", "type": TRAJECTORY, "joints": ["a"]}
+    handler: Any = build(Ros2PublisherConfigurer, params=params, shared=shared)
+    with shared.entered():
+        until_s = time.monotonic() + 20
+        while handler.reported_position("a") is None and time.monotonic() < until_s:
+            states.write({"name": ["a"], "position": [0.75]})
+            time.sleep(0.02)
+        assert handler.reported_position("a") == 0.75
