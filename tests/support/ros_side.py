@@ -51,11 +51,12 @@ for _name, _text in SERVICES.items():
     STORE.register(get_types_from_msg(_text, _name))
 
 _PRIMITIVES: dict[str, Any] = {
-    "bool": bool, "octet": types.uint8, "char": types.uint8, "int8": types.int8, "uint8": types.uint8,
+    "bool": bool, "octet": types.uint8, "byte": types.uint8, "char": types.uint8, "int8": types.int8,
+    "uint8": types.uint8,
     "int16": types.int16, "uint16": types.uint16, "int32": types.int32, "uint32": types.uint32, "int64": types.int64,
     "uint64": types.uint64, "float32": types.float32, "float64": types.float64, "string": str,
 }  # fmt: skip
-_DTYPES = {"octet": "u1", "char": "u1", "bool": "?"}
+_DTYPES = {"octet": "u1", "byte": "u1", "char": "u1", "bool": "?"}
 _HEADER = {"_client_guid": types.uint64, "_request_number": types.int64}
 
 

@@ -34,7 +34,7 @@ def chosen(
     return BusChoice(transport, own_domain() if domain is None else domain, interface, tuple(peers), types)
 
 
-def heard(choice: Any, wait_s: float) -> list[HeardEndpoint]:
+def heard(choice: BusChoice, wait_s: float) -> list[HeardEndpoint]:
     """Everybody who is heard within ``wait_s``. Raises :class:`MosaicError` if nobody is, saying what was tried."""
     with SharedBus(choice) as shared:
         bus = _joined(shared)
@@ -48,7 +48,7 @@ def heard(choice: Any, wait_s: float) -> list[HeardEndpoint]:
 
 def topic_rows(endpoints: Sequence[HeardEndpoint], *, shows_all: bool) -> list[tuple[str, ...]]:
     """A row for each topic and type."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     of_topics = [one for one in endpoints if one.role in ("publisher", "subscription")]
     for name, kind in sorted({(one.name, one.type) for one in of_topics}):
         if shows_all or not is_hidden(name):
@@ -88,7 +88,7 @@ def _callable(server: HeardEndpoint) -> str:
     return "no: Fast DDS builds requests another way" if server.is_foreign_service else "yes"
 
 
-def echoed(choice: Any, topic: str, type_name: str, wait_s: float, count: int) -> Iterator[str]:
+def echoed(choice: BusChoice, topic: str, type_name: str, wait_s: float, count: int) -> Iterator[str]:
     """The messages of a topic as lines of JSON, ``count`` of them (0: endless). Raises :class:`MosaicError`."""
     with SharedBus(choice) as shared:
         bus = _joined(shared)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mosaic_core.cli.terminal.error_report import usage
 from mosaic_core.cli.terminal.plain_table import print_table
+
+if TYPE_CHECKING:
+    from mosaic_ros2.bus.shared_bus import BusChoice
 
 app = typer.Typer(
     name="ros2", help="What is heard of ROS 2: topics, messages, services, and a robot's file.", no_args_is_help=True
@@ -110,7 +113,7 @@ def init(
 
 def _choice(
     domain: int | None, transport: str, interface: str, peers: list[str] | None, definitions: list[str] | None
-) -> object:
+) -> BusChoice:
     from mosaic_ros2.commands.hearing import chosen
 
     if transport not in ("dds", "zenoh"):

@@ -26,7 +26,8 @@ _PRIMITIVES: dict[str, Any] = {
     "uint64": types.uint64, "float32": types.float32, "float64": types.float64,
 }  # fmt: skip
 """rmw_cyclonedds tells ``byte`` and ``char`` as ``uint8`` too (its ``dyntype.cpp``)."""
-_NAMES = {id(kind): name for name, kind in reversed(_PRIMITIVES.items())} | {id(int): "int64", id(float): "float64"}
+_NAMES = {id(kind): name for name, kind in _PRIMITIVES.items() if name not in ("byte", "char")}
+_NAMES |= {id(int): "int64", id(float): "float64"}
 
 _OF_SERVICES = ("_Request", "_Response")
 _SERVICE_HEADER = {"_client_guid": types.uint64, "_request_number": types.int64}

@@ -1,0 +1,1 @@
+"""The bus over Zenoh: reaches ROS nodes whose RMW is rmw_zenoh."""
