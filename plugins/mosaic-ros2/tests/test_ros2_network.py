@@ -15,6 +15,7 @@ from support.ros_side import STORE, RosNode, bytes_type, dds_name_of
 from mosaic_core import DeviceGone
 from mosaic_core.testing import build, collect
 from mosaic_ros2.bus.bus import BusError
+from mosaic_ros2.bus.dds.dds_bus import DdsBus
 from mosaic_ros2.bus.dds.network import configuration
 from mosaic_ros2.bus.dds.wire_types import WireTypes, definitions_of
 from mosaic_ros2.bus.ros_names import is_hidden, read_dds_topic, reply_topic_of, request_topic_of, ros_name, topic_of
@@ -89,6 +90,13 @@ def test_a_type_that_is_discovered_has_the_fields_of_its_definition() -> None:
         kinds = [str(one.type).replace("byte", "uint8") for one in own.fields]
         assert [one.name for one in found.fields] == [one.name for one in own.fields]
         assert [str(one.type) for one in found.fields] == kinds
+
+
+def test_an_interface_that_is_named_twice_is_no_failure(domain: int, caplog: pytest.LogCaptureFixture) -> None:
+    bus = DdsBus(domain % 230 + 2, TypeBook(shares=()), "lo")
+    assert bus.endpoints() == []
+    assert "which win" in caplog.text
+    bus.close()
 
 
 def test_text_of_wide_characters_is_refused_over_dds() -> None:

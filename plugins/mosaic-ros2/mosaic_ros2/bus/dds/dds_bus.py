@@ -64,9 +64,15 @@ class DdsBus:
         try:
             _domains[self.domain] = Domain(self.domain, text)
         except DDSException as error:
-            if error.code != DDSException.DDS_RETCODE_PRECONDITION_NOT_MET:
+            if error.code == DDSException.DDS_RETCODE_PRECONDITION_NOT_MET:
+                _log.warning("%s: another part of this program has configured this domain already", self.where)
+                return
+            alone = configuration(*self._network, {**os.environ, "CYCLONEDDS_URI": ""})
+            if alone is None or alone == text:
                 raise
-            _log.warning("%s: another part of this program has configured this domain already", self.where)
+            # Cyclone takes no interface twice, and CYCLONEDDS_URI may name one too.
+            _domains[self.domain] = Domain(self.domain, alone)
+            _log.warning("%s: CYCLONEDDS_URI does not go together with the connector's params, which win", self.where)
 
     def endpoints(self) -> list[HeardEndpoint]:
         return self._joined()[1].endpoints()
