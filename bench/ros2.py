@@ -175,9 +175,8 @@ def main() -> None:
     rounds = int(sys.argv[2]) if len(sys.argv) > 2 else 3
     domain = 1 + os.getpid() % 200
     print(f"load before: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-    print(
-        "| way | picture age ms, median / p95 | lost | cloud age ms, median / p95 | lost | MB/s | sender CPU | reader CPU |"
-    )
+    ages = "picture age ms, median / p95 | lost | cloud age ms, median / p95 | lost"
+    print(f"| way | {ages} | MB/s | sender CPU | reader CPU |")
     print("|---|---|---|---|---|---|---|---|")
     with other_end(partial(publish, domain=domain)) as node:
         for _ in range(rounds):
