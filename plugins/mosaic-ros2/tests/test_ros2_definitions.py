@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 
 from mosaic_ros2.definitions.bundled import DISTRIBUTIONS, bundled
-from mosaic_ros2.definitions.definition import DefinitionError, FieldType, dds_name, full_name
+from mosaic_ros2.definitions.definition import (
+    DefinitionError,
+    FieldType,
+    action_name,
+    dds_name,
+    full_name,
+    service_name,
+)
 from mosaic_ros2.definitions.msg_text import field_type, read_action, read_message, read_service
 from mosaic_ros2.definitions.type_book import TypeBook
 
@@ -31,10 +38,20 @@ def test_a_type_has_one_full_name(name: str) -> None:
     assert dds_name(name) == "sensor_msgs::msg::dds_::Image_"
 
 
-@pytest.mark.parametrize("name", ["", "Image", "sensor_msgs/", "a/b/c", "a/msg/b/c", "1/msg/X", "a b/msg/X"])
+@pytest.mark.parametrize(
+    "name", ["", "Image", "sensor_msgs/", "a/b/c", "a/msg/b/c", "1/msg/X", "a b/msg/X", "acme/srv"]
+)
 def test_what_is_no_name_of_a_type_is_refused_with_an_example(name: str) -> None:
     with pytest.raises(DefinitionError, match="write it like sensor_msgs/msg/LaserScan"):
         full_name(name)
+
+
+def test_a_service_and_an_action_have_names_of_their_kind() -> None:
+    assert service_name("std_srvs/Trigger") == service_name("std_srvs/srv/Trigger") == "std_srvs/srv/Trigger"
+    assert action_name("acme/Go") == "acme/action/Go"
+    for wrong in (lambda: service_name("std_msgs/msg/Bool"), lambda: action_name("std_srvs/srv/Trigger")):
+        with pytest.raises(DefinitionError, match="of another kind"):
+            wrong()
 
 
 def test_a_message_file_becomes_its_fields_without_constants_defaults_and_comments() -> None:

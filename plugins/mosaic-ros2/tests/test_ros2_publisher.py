@@ -12,7 +12,7 @@ from support.ros_side import RosNode, decoded, encoded
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.messages import JointTarget, Twist
-from mosaic_core.testing import FakeClock, LosesLease, Silence, Stopped, build, feed
+from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed
 from mosaic_core.words.errors import ConfigError
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import LATCHED, RELIABLE
@@ -58,7 +58,7 @@ def base() -> Any:
     rig.close()
 
 
-@pytest.mark.parametrize("what", [Silence(1.0), Stopped(), LosesLease()])
+@pytest.mark.parametrize("what", [Silence(1.0), Stopped(), LosesLease(), Leaves()])
 def test_a_base_stands_still_when_nobody_commands_it_any_more(base: Rig, what: Any) -> None:
     assert feed(base.handler, [FORWARD, what]).made_safe
     first, last = base.published()
@@ -79,6 +79,19 @@ def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_aga
         base.handler.handle_data(Twist.planar(0.3))
     with pytest.raises(Exception, match="the bus is away"):
         base.handler.make_safe("safety.stop")
+
+
+def test_a_robot_that_ends_publishes_a_standstill_last() -> None:
+    rig = Rig(TWIST, lambda *parts: TwistPublisher("drive", *parts))
+    rig.handler.handle_data(Twist.planar(0.3))
+    rig.close()
+    assert [one.linear.x for one in rig.published()] == [0.3, 0.0]
+
+
+def test_a_robot_that_ends_without_a_command_says_nothing() -> None:
+    rig = Rig(TWIST, lambda *parts: TwistPublisher("drive", *parts))
+    rig.close()
+    assert rig.published() == []
 
 
 def test_a_bus_that_is_away_when_the_robot_starts_is_told_to_whoever_commands() -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
@@ -35,6 +36,8 @@ class KeptPublication:
         self._qos = qos
         self._changed = threading.Condition()
         self._publication: Publication | None = None
+        self._farewell: Callable[[], bytes | None] = lambda: None
+        self._was_sent = False
         self._problem = "it is not open yet"
         self._is_closing = False
         self._keeper: threading.Thread | None = None
@@ -53,6 +56,10 @@ class KeptPublication:
             self._changed.notify_all()
         if self._keeper is not None:
             self._keeper.join(JOIN_S)
+
+    def end_with(self, farewell: Callable[[], bytes | None]) -> None:
+        """What is published last when the robot ends, if any command was."""
+        self._farewell = farewell
 
     def wait_until_heard(self, timeout_s: float) -> bool:
         """Block until somebody subscribes; ``False`` when that took too long."""
@@ -75,6 +82,7 @@ class KeptPublication:
             raise Refused("plugin.no_device", f"{self.topic} is not open: {self._problem}")
         if not publication.readers and not self._qos.is_latched:
             raise Refused("plugin.no_device", f"nobody subscribes to {self.topic}; start the node that shall take it")
+        self._was_sent = True
         try:
             publication.write(data)
         except BusError as error:
@@ -103,6 +111,15 @@ class KeptPublication:
                 self._publication = opened
                 self._changed.notify_all()
                 self._changed.wait_for(lambda: self._is_closing)
-                self._publication = None
-            opened.close()
+                self._publication = None  # first: no command begins after the last message
+            self._end(opened)
             return
+
+    def _end(self, publication: Publication) -> None:
+        last = self._farewell() if self._was_sent else None
+        try:
+            if last is not None:
+                publication.write(last)
+        except BusError as error:
+            _log.error("the last message on %s was not taken: %s", self.topic, error)
+        publication.close()

@@ -22,7 +22,7 @@ from mosaic_ros2.bus.qos import RELIABLE
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.connectors.params import Ros2Params, RosName, TypeName
+from mosaic_ros2.connectors.params import ActionTypeName, Ros2Params, RosName
 from mosaic_ros2.connectors.service import NO_SERVER, ServiceCall
 from mosaic_ros2.conversion.json_form import fields_of, model_of, plain
 
@@ -40,7 +40,7 @@ SETTLE_S = 10.0
 
 class Ros2ActionParams(Ros2Params):
     action: RosName = Field(description="Its name, like /navigate_to_pose.")
-    type: TypeName = Field(description="Its type, like nav2_msgs/action/NavigateToPose.")
+    type: ActionTypeName = Field(description="Its type, like nav2_msgs/action/NavigateToPose.")
     timeout_s: float = Field(
         default=600.0, gt=0, le=86_400, description="Seconds after which a goal is given up and cancelled."
     )

@@ -13,10 +13,12 @@ from mosaic_ros2.bus.qos import QosChoice
 from mosaic_ros2.bus.ros_names import ros_name
 from mosaic_ros2.bus.shared_bus import BusChoice, SharedBus, TypeChoice
 from mosaic_ros2.definitions.bundled import DISTRIBUTIONS
-from mosaic_ros2.definitions.definition import full_name
+from mosaic_ros2.definitions.definition import action_name, full_name, service_name
 
 RosName: TypeAlias = Annotated[str, AfterValidator(ros_name)]
-TypeName: TypeAlias = Annotated[str, AfterValidator(full_name)]
+TypeName: TypeAlias = Annotated[str, AfterValidator(lambda name: full_name(name))]
+ServiceTypeName: TypeAlias = Annotated[str, AfterValidator(service_name)]
+ActionTypeName: TypeAlias = Annotated[str, AfterValidator(action_name)]
 Transport: TypeAlias = Literal["dds", "zenoh"]
 Distribution: TypeAlias = Literal["humble", "iron", "jazzy", "kilted"]
 MAX_DOMAIN = 232

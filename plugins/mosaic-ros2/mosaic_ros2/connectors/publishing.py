@@ -28,6 +28,7 @@ class RosPublisher(DataChannelReceivable[T], Generic[T]):
         super().__init__(label)
         self.publication = publication
         self._encoder = encoder
+        publication.end_with(self._safe_message)
 
     def fields(self, data: T) -> Mapping[str, Any]:
         """The message of ROS."""
@@ -47,9 +48,13 @@ class RosPublisher(DataChannelReceivable[T], Generic[T]):
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""
-        safe = self.safe_fields()
+        safe = self._safe_message()
         if safe is not None:
-            self.publication.send_whatever(self._encoder.encode(safe))
+            self.publication.send_whatever(safe)
+
+    def _safe_message(self) -> bytes | None:
+        safe = self.safe_fields()
+        return None if safe is None else self._encoder.encode(safe)
 
 
 class TwistPublisher(RosPublisher[Twist]):

@@ -15,7 +15,7 @@ from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.cdr.encoding import Encoder
-from mosaic_ros2.connectors.params import Ros2Params, RosName, TypeName
+from mosaic_ros2.connectors.params import Ros2Params, RosName, ServiceTypeName
 from mosaic_ros2.conversion.json_form import fields_of, model_of, plain
 
 Q = TypeVar("Q")
@@ -26,7 +26,7 @@ NO_SERVER = "plugin.no_device"
 
 class Ros2ServiceParams(Ros2Params):
     service: RosName = Field(description="Its name, like /reset.")
-    type: TypeName = Field(description="Its type, like std_srvs/srv/Trigger.")
+    type: ServiceTypeName = Field(description="Its type, like std_srvs/srv/Trigger.")
     timeout_s: float = Field(default=10.0, gt=0, le=3600, description="Seconds after which a request is given up.")
     requires_lease: bool = Field(
         default=False, description="Only for the holder of the lease; right for whatever moves something."

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 Shape: TypeAlias = Literal["one", "array", "sequence"]
+Kind: TypeAlias = Literal["msg", "srv", "action"]
 
 NUMBERS = {
     "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,
@@ -22,6 +23,10 @@ EMPTY_MEMBER = "structure_needs_at_least_one_member"
 """What ROS puts into a message without fields: IDL knows no empty struct."""
 
 _TYPE_NAME = re.compile(r"^([A-Za-z][A-Za-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)$")
+
+_EXAMPLES: dict[str, str] = {
+    "msg": "sensor_msgs/msg/LaserScan", "srv": "std_srvs/srv/Trigger", "action": "nav2_msgs/action/NavigateToPose",
+}  # fmt: skip
 
 
 class DefinitionError(ValueError):
@@ -79,17 +84,34 @@ class Definition:
         return tuple(dict.fromkeys(field.type.base for field in self.fields if field.type.is_message))
 
 
-def full_name(name: str) -> str:
-    """``sensor_msgs/Image``, ``sensor_msgs/msg/Image`` and ``sensor_msgs::msg::dds_::Image_`` as the second one. Raises
-    :class:`DefinitionError`."""
+def full_name(name: str, kind: Kind = "msg") -> str:
+    """``sensor_msgs/Image``, ``sensor_msgs/msg/Image`` and ``sensor_msgs::msg::dds_::Image_`` as the second one;
+    ``kind``: where the name does not say it. Raises :class:`DefinitionError`."""
     text = name.strip()
     if "::" in text:
         text = "/".join(part for part in text.split("::") if part != "dds_").removesuffix("_")
     matched = _TYPE_NAME.match(text)
-    if matched is None:
-        raise DefinitionError(f"{name!r} names no ROS type; write it like sensor_msgs/msg/LaserScan")
-    package, kind, own = matched.groups()
-    return f"{package}/{kind or 'msg'}/{own}"
+    if matched is None or matched[3] in _EXAMPLES:
+        raise DefinitionError(f"{name[:80]!r} names no ROS type; write it like {_EXAMPLES[kind]}")
+    package, own_kind, own = matched.groups()
+    return f"{package}/{own_kind or kind}/{own}"
+
+
+def service_name(name: str) -> str:
+    """The full name of a service's type. Raises :class:`DefinitionError`."""
+    return _of_kind(name, "srv")
+
+
+def action_name(name: str) -> str:
+    """The full name of an action's type. Raises :class:`DefinitionError`."""
+    return _of_kind(name, "action")
+
+
+def _of_kind(name: str, kind: Kind) -> str:
+    found = full_name(name, kind)
+    if found.split("/")[1] != kind:
+        raise DefinitionError(f"{name[:80]!r} is of another kind; write it like {_EXAMPLES[kind]}")
+    return found
 
 
 def dds_name(name: str) -> str:

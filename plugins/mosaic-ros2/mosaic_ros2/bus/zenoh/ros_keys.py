@@ -1,4 +1,4 @@
-"""Writes and reads the key expressions and attachments of rmw_zenoh (its ``docs/design.md``). Pure.
+"""Writes and reads the key expressions and attachments of rmw_zenoh, as its design document has them. Pure.
 
 A topic's key is ``<domain>/<name>/<DDS type>/<type hash>``; each publisher, subscription, server and client announces
 itself by a liveliness token ``@ros2_lv/<domain>/<session>/<node>/<id>/<kind>/<enclave>/<namespace>/<node name>/<name>/
