@@ -133,7 +133,7 @@ class House:
         self.talking: list[str | None] = []
         self.hub = TalkHub(lambda label, who: self.talking.append(who.name if who else None))
         self.hub.add_label(self.loudspeaker, Failures("speaker", lambda *failure: None), self.counters)
-        self.hub.start()
+        self.hub.start_label("speaker")
         self._pair = pair
         self._stack = stack
 
