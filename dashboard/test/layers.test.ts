@@ -3,7 +3,7 @@ import { dirname, join, sep } from 'node:path'
 import { describe, expect, test } from 'vitest'
 
 /** Lowest first; a package may import those before it, and nothing else of ours. */
-const LAYERS = ['protocol', 'client', 'react', 'widgets', 'app']
+const LAYERS = ['protocol', 'client', 'robot', 'react', 'widgets', 'app']
 const PACKAGES = new URL('../packages/', import.meta.url).pathname
 const IMPORT = /(?:from|import)\s*\(?\s*['"]([^'"]+)['"]/g
 
@@ -50,7 +50,7 @@ describe.each(LAYERS)('%s', (name) => {
   })
 })
 
-test.each(['protocol', 'client'])('%s knows no React, and no package from elsewhere', (name) => {
+test.each(['protocol', 'client', 'robot'])('%s knows no React, and no package from elsewhere', (name) => {
   expect(dependenciesOf(name).filter((dependency) => !dependency.startsWith('@mosaic/'))).toEqual([])
   const foreign = importsOf(name).filter(({ target }) => !/^(\.|@mosaic\/)/.test(target))
   expect(foreign).toEqual([])

@@ -1,7 +1,7 @@
 import { Center, Loader } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
-import { lazy, Suspense } from 'react'
-import { Navigate, Route, Routes } from 'react-router-dom'
+import { lazy, Suspense, useState } from 'react'
+import { Navigate, Route, Routes, useLocation } from 'react-router-dom'
 import { PageBoundary } from './PageBoundary'
 import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
@@ -10,8 +10,11 @@ import { ReplaceSession } from './session/ReplaceSession'
 import { ServerAwayPage } from './session/ServerAwayPage'
 import { SignInPage } from './session/SignInPage'
 import { useFirstSignIn } from './session/useFirstSignIn'
+import { rememberedRobot } from './share/rememberedRobot'
+import { SHARE_PATH } from './share/sharePath'
 
 const CheckPage = lazy(() => import('./check/CheckPage'))
+const SharePage = lazy(() => import('./share/SharePage'))
 // With every widget: whoever signs in or chooses a robot doesn't wait for them.
 const RobotPage = lazy(() => import('./robot/RobotPage').then((page) => ({ default: page.RobotPage })))
 
@@ -21,7 +24,10 @@ export interface AppProps {
 }
 
 export function App({ code }: AppProps) {
-  const { isBusy, failure, asks, answer } = useFirstSignIn(code)
+  const isSharing = useLocation().pathname === SHARE_PATH
+  // Whoever scans it to share a phone is not signed in there: the code makes one robot, and is forgotten.
+  const [shareCode] = useState(() => (isSharing && code?.kind === 'code' ? code.value : null))
+  const { isBusy, failure, asks, answer } = useFirstSignIn(shareCode === null ? code : null)
   const client = useMosaicClient()
   const session = useReadable(client.session)
   const ended = useReadable(client.sessionError)
@@ -32,6 +38,15 @@ export function App({ code }: AppProps) {
       <Center h="100dvh" role="status" aria-label="Signing in">
         <Loader size="sm" />
       </Center>
+    )
+  }
+  if (isSharing && (session !== null || shareCode !== null || rememberedRobot() !== null)) {
+    return (
+      <PageBoundary>
+        <Suspense>
+          <SharePage code={shareCode} />
+        </Suspense>
+      </PageBoundary>
     )
   }
   if (session === null && client.remembersSession) return <ServerAwayPage failure={shown} />

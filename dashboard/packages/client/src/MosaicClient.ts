@@ -8,6 +8,7 @@ import type { Platform } from './platform/Platform'
 import { Value, type Readable } from './platform/Readable'
 import { RestApi, type PairingSecret } from './signaling/RestApi'
 import { RobotConnection } from './RobotConnection'
+import { OperatorSignaling } from './signaling/operatorSignaling'
 import { SessionIds } from './signaling/SessionIds'
 import { SignalingSocket } from './signaling/SignalingSocket'
 import { StoreManager } from './stores/StoreManager'
@@ -57,7 +58,7 @@ export class MosaicClient {
     this.restoring = this.isRestoring
     const onUnauthorized = (error: MosaicError): void => this.end(error)
     this.api = new RestApi(baseUrl, () => this.tokens.get(), this.platform.fetch, onUnauthorized)
-    this.socket = new SignalingSocket(`${baseUrl.replace(/^http/, 'ws')}/ws/user`, this.platform)
+    this.socket = new SignalingSocket(`${baseUrl.replace(/^http/, 'ws')}/ws/user`, this.platform, new OperatorSignaling(() => this.platform.random()))
     this.server = this.socket.state
     this.sessionIds = new SessionIds(this.platform)
     this.storeManager = new StoreManager((robotId) => this.connection(robotId), () => this.platform.now())

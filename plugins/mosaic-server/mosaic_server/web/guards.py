@@ -104,7 +104,7 @@ class Guards:
         headers["X-Frame-Options"] = "DENY"
         headers["Referrer-Policy"] = "no-referrer"
         headers["Cross-Origin-Opener-Policy"] = "same-origin"
-        headers["Permissions-Policy"] = "camera=(self), microphone=(self), gamepad=(self), geolocation=()"
+        headers["Permissions-Policy"] = "camera=(self), microphone=(self), gamepad=(self), geolocation=(self)"
         headers["Content-Security-Policy"] = content_security_policy(host, self._import_map)
         if self._settings.uses_tls:
             headers["Strict-Transport-Security"] = "max-age=31536000"

@@ -2,7 +2,7 @@ import { Button, Code, Skeleton, Text, TextInput, Title } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
 import { useMosaicClient, useReadable, useRobots } from '@mosaic/react'
 import { lazyDialog } from '@mosaic/widgets'
-import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
+import { IconChevronRight, IconDeviceMobile, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
 import { useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
 import { failureOf, type Failure } from '../session/errorText'
@@ -13,6 +13,7 @@ import { foundRobots, presenceOf, type Presence } from './presence'
 import classes from './robots.module.css'
 
 const AddRobotDialog = lazyDialog(() => import('./AddRobotDialog'))
+const SharePhoneDialog = lazyDialog(() => import('./SharePhoneDialog'))
 
 /** All robots of the account with their live status. */
 export function RobotListPage() {
@@ -21,6 +22,7 @@ export function RobotListPage() {
   const { isLoading, failure, refresh } = useRefresh()
   const [search, setSearch] = useState('')
   const [isAdding, setIsAdding] = useState(false)
+  const [isSharing, setIsSharing] = useState(false)
   const found = foundRobots(robots, search)
   const isServerAway = useServerAway()
   const mayAdd = useReadable(useMosaicClient().session)?.user.isOrganizationAdmin === true
@@ -49,9 +51,14 @@ export function RobotListPage() {
             Check connection
           </Button>
           {mayAdd && (
-            <Button leftSection={<IconPlus size={16} />} onClick={() => setIsAdding(true)}>
-              Add robot
-            </Button>
+            <>
+              <Button variant="default" leftSection={<IconDeviceMobile size={16} />} onClick={() => setIsSharing(true)}>
+                Use a phone
+              </Button>
+              <Button leftSection={<IconPlus size={16} />} onClick={() => setIsAdding(true)}>
+                Add robot
+              </Button>
+            </>
           )}
         </div>
         {failure !== null && robots.length === 0 ? (
@@ -73,6 +80,7 @@ export function RobotListPage() {
         )}
       </div>
       {isAdding && <AddRobotDialog onClose={() => setIsAdding(false)} />}
+      {isSharing && <SharePhoneDialog onClose={() => setIsSharing(false)} />}
     </Shell>
   )
 }
@@ -110,7 +118,8 @@ function NoRobots({ mayAdd }: { mayAdd: boolean }) {
       <Code block>mosaic server robot add my-robot</Code>
       <Text c="dimmed" size="sm">
         Either way you get a token for the robot’s <Code>mosaic_config.yaml</Code>; then <Code>mosaic run</Code> brings it online.
-        To look around without a robot: <Code>mosaic demo</Code>.
+        {mayAdd && ' Without a robot at hand, “Use a phone” makes one of the phone in your pocket, or of this computer.'}
+        To look around in a simulation: <Code>mosaic demo</Code>.
       </Text>
     </div>
   )

@@ -40,6 +40,7 @@ interface Outgoing {
   epoch: number
   seq: number
   stampUs: number
+  latched?: boolean
 }
 
 const FREE: Clearance = { epoch: 0, block: null, leaves: true }
@@ -142,6 +143,11 @@ export class DataPort implements StreamPort {
     return !this.isFull && this.transmit(message)
   }
 
+  /** Send what was said before this channel was there, with the time that it had then; false when it was not accepted. */
+  repeat(value: Uint8Array, stampUs: number): boolean {
+    return this.isOpen && !this.isFull && this.transmit({ value, epoch: 0, seq: this.nextSeq(), stampUs, latched: true })
+  }
+
   /** Close the channel without telling the listener. */
   close(): void {
     this.silence()
@@ -193,9 +199,9 @@ export class DataPort implements StreamPort {
     }
   }
 
-  private putFramed({ value, ...header }: Outgoing): void {
+  private putFramed({ value, latched = false, ...header }: Outgoing): void {
     const payload = typeof value === 'string' ? new TextEncoder().encode(value) : value
-    const frame = { ...header, kind: this.kindOf(value), payload, latched: false }
+    const frame = { ...header, kind: this.kindOf(value), payload, latched }
     for (const message of encodeFrame(frame, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
   }
 

@@ -65,6 +65,11 @@ export class RestApi {
     return this.signIn('/api/v1/account/login/one-time', { code })
   }
 
+  /** A code that signs this account in somewhere else, once and within a minute: put it behind `/#code=`. */
+  async issueCode(): Promise<string> {
+    return (await this.post<{ code: string }>('/api/v1/account/one-time-code', {})).code
+  }
+
   /** Pair this browser with a robot that serves its own network; the token counts until the device is revoked. */
   pair(secret: PairingSecret, name: string): Promise<string> {
     return this.signIn('/api/v1/pairing', { ...secret, name })

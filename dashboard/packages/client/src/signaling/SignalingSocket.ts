@@ -2,12 +2,11 @@ import { parseSignaling, signalingText, WireError, type SignalingMessage, type S
 import type { Platform } from '../platform/Platform'
 import { Listeners, Value, type Readable } from '../platform/Readable'
 import { MachineDriver } from '../timing/MachineDriver'
-import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from './operatorSignaling'
+import type { SignalingEffect, SignalingEvent, SignalingSession } from './signalingSession'
 import type { ServerState } from '../words/types'
 
-/** Keeps the operator's WebSocket to the server. `OperatorSignaling` decides, this carries it out. */
+/** Keeps a WebSocket to the server. A machine of that side decides, this carries it out. */
 export class SignalingSocket {
-  private readonly machine: OperatorSignaling
   private readonly driver: MachineDriver<SignalingEvent, SignalingEffect>
   private readonly serverState = new Value<ServerState>('offline')
   private readonly messages = new Listeners<[SignalingMessage]>()
@@ -21,11 +20,11 @@ export class SignalingSocket {
   constructor(
     private readonly url: string,
     private readonly platform: Platform,
+    private readonly machine: SignalingSession,
   ) {
-    this.machine = new OperatorSignaling(() => platform.random())
-    this.driver = new MachineDriver<SignalingEvent, SignalingEffect>(this.machine, platform, {
+    this.driver = new MachineDriver<SignalingEvent, SignalingEffect>(machine, platform, {
       // Set first: whoever hears that it is online may send at once.
-      decided: () => this.serverState.set(this.machine.state),
+      decided: () => this.serverState.set(machine.state),
       carryOut: (effect) => this.carryOut(effect),
     })
     platform.onNetworkChange(() => {

@@ -1,7 +1,8 @@
 import { parseSignaling } from '@mosaic/protocol'
 import fc from 'fast-check'
 import { describe, expect, test } from 'vitest'
-import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from '../../src/signaling/operatorSignaling'
+import { OperatorSignaling } from '../../src/signaling/operatorSignaling'
+import type { SignalingEffect, SignalingEvent } from '../../src/signaling/signalingSession'
 
 class Bench {
   readonly session = new OperatorSignaling(() => 1)

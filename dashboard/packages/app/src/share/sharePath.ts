@@ -1,0 +1,2 @@
+/** Where a phone or laptop becomes a robot. */
+export const SHARE_PATH = '/share'
