@@ -2,6 +2,7 @@ import {
   RobotStatus,
   type Catalogue,
   type ControlMessage,
+  type IceCandidate,
   type IceServer,
   type SdpOffer,
   type SignalingMessage,
@@ -60,6 +61,8 @@ export class PageRobot implements Site {
   private readonly socket: SignalingSocket
   private readonly admission = new Admission(PLACES)
   private readonly peers = new Map<string, RobotPeer>()
+  /** The candidates of those whose tickets are being checked. */
+  private readonly arriving = new Map<string, IceCandidate[]>()
   private readonly latch = new StopLatch()
   private keys: readonly TicketKey[] = []
   private iceServers: readonly IceServer[] = []
@@ -97,6 +100,7 @@ export class PageRobot implements Site {
   stop(): void {
     if (!this.isRunning) return
     this.isRunning = false
+    for (const peerId of [...this.arriving.keys()]) this.turnAway(peerId)
     for (const peer of [...this.peers.values()]) peer.close('peer.shutdown')
     this.socket.send('status.update', { status: RobotStatus.DISCONNECTED })
     this.socket.stop()
@@ -194,11 +198,13 @@ export class PageRobot implements Site {
       case 'signaling.send_sdp_offer':
         return this.offered(message.data)
       case 'signaling.exchange_ice_candidate': {
-        const { rtcConnectionId, iceCandidate } = message.data
-        if (this.admission.candidate(rtcConnectionId, iceCandidate)) this.peers.get(rtcConnectionId)?.addCandidate(iceCandidate)
-        return
+        const { rtcConnectionId: peerId, iceCandidate } = message.data
+        if (!this.admission.candidate(peerId, iceCandidate)) return
+        this.arriving.get(peerId)?.push(iceCandidate)
+        return this.peers.get(peerId)?.addCandidate(iceCandidate)
       }
       case 'signaling.close_peer_connection':
+        this.turnAway(message.data.rtcConnectionId)
         return this.peers.get(message.data.rtcConnectionId)?.close(message.data.code ?? 'peer.closed')
       default:
         return
@@ -214,22 +220,29 @@ export class PageRobot implements Site {
 
   private async take(offer: SdpOffer, prepared: Prepared | null, iceServers: readonly IceServer[]): Promise<void> {
     const peerId = offer.rtcConnectionId
+    const candidates = [...(prepared?.candidates ?? [])]
+    this.arriving.set(peerId, candidates)
     try {
       const identity = await this.identityOf(prepared)
-      if (!this.isRunning) return void this.admission.leave(peerId)
+      // Gone meanwhile, or this robot is.
+      if (!this.arriving.delete(peerId)) return
       const peer = new RobotPeer(peerId, identity, this, iceServers, {
         answer: (sdpAnswer) => this.socket.send('signaling.send_sdp_answer', { rtcConnectionId: peerId, sdpAnswer }),
         candidate: (iceCandidate) => this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId: peerId, iceCandidate }),
       })
       this.peers.set(peerId, peer)
       this.tellStatus()
-      peer.begin(offer, prepared?.candidates ?? [])
+      peer.begin(offer, candidates)
     } catch (error) {
       if (!(error instanceof BadTicket)) throw error
-      this.admission.leave(peerId)
+      this.turnAway(peerId)
       this.log.say('warn', `An operator was refused: ${error.message}`)
       this.refuse(offer, 'auth.bad_ticket', error.message)
     }
+  }
+
+  private turnAway(peerId: string): void {
+    if (this.arriving.delete(peerId)) this.admission.leave(peerId)
   }
 
   private async identityOf(prepared: Prepared | null): Promise<Identity> {

@@ -1,0 +1,133 @@
+"""A page in Chromium is a robot, another one its operator: a picture moves, values arrive, and one press ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, Playwright, expect
+from support.people import access_token, wait_connected
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+FAKE = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
+"""Chromium's own camera shows a clock; its dialogue says yes."""
+PHONE = {"width": 390, "height": 844}
+BERLIN = {"latitude": 52.52, "longitude": 13.405, "accuracy": 8.0}
+ALLOWED = ["geolocation", "camera", "microphone", "accelerometer", "gyroscope"]
+PICTURE_MOVES = """
+  () => new Promise((resolve) => {
+    const video = document.querySelector('video')
+    if (video === null) return resolve(false)
+    let seen = 0
+    const shown = () => (++seen >= 5 ? resolve(true) : video.requestVideoFrameCallback(shown))
+    video.requestVideoFrameCallback(shown)
+  })
+"""
+
+
+@pytest.fixture(scope="module")
+def with_camera(playwright: Playwright, chromium: str, quiet_words: list[str]) -> Iterator[Browser]:
+    running = playwright.chromium.launch(executable_path=chromium, args=[*quiet_words, *FAKE])
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="module")
+def phone(with_camera: Browser) -> Iterator[BrowserContext]:
+    """The browser of the phone, over the whole module: it remembers which robot it is."""
+    context = with_camera.new_context(viewport=PHONE, geolocation=BERLIN, permissions=ALLOWED)  # type: ignore[arg-type]
+    yield context
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def account(server: Any, seed: Any) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=f"{server.url}/api/v1") as api:
+        api.headers["Authorization"] = f"Bearer {access_token(server.url, seed.email, seed.password)}"
+        yield api
+
+
+@pytest.fixture
+def shared(phone: BrowserContext, server: Any, account: httpx.Client) -> Iterator[Page]:
+    """The phone's page after the link was opened and everything but the loudspeaker was switched on and shared."""
+    page = phone.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    code = account.post("/account/one-time-code").raise_for_status().json()["resultData"]["code"]
+    page.goto(f"{server.url}/share#code={code}")
+    for what in ("Position", "Microphone"):
+        page.get_by_role("switch", name=what).set_checked(True)
+    page.get_by_role("button", name="Start sharing").click()
+    expect(standing(page)).to_have_text("Nobody watches: camera and microphone are off.")
+    yield page
+    page.close()
+    assert errors == []
+
+
+@pytest.fixture
+def operator(with_camera: Browser, server: Any, sign_in: Callable[[Page], None]) -> Iterator[Page]:
+    context = with_camera.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    sign_in(page)
+    page.goto(server.url)
+    yield page
+    context.close()
+
+
+def standing(page: Page) -> Any:
+    return page.get_by_test_id("standing")
+
+
+def robot_id_of(page: Page) -> str:
+    found: str = page.evaluate("() => JSON.parse(localStorage.getItem('mosaic.sharedRobot')).robotId")
+    return found
+
+
+def test_a_phone_is_seen_and_heard_of_until_it_stops(shared: Page, operator: Page, seed: Any) -> None:
+    operator.get_by_role("link", name="Linux computer").click()
+    wait_connected(operator)
+    assert operator.evaluate(PICTURE_MOVES)
+    expect(operator.get_by_text("52.520000° N · 13.405000° E")).to_be_visible()
+    expect(operator.locator("section", has_text="battery").get_by_text("%", exact=True)).to_be_visible()
+    operator.get_by_role("button", name="Listen").click()
+    expect(standing(shared)).to_have_text("Shared now: camera and microphone.")
+    here = shared.get_by_role("region", name="Who is here").get_by_role("listitem")
+    expect(here).to_contain_text(f"{seed.email} gets camera, microphone, position, motion, battery, log")
+    expect(here).not_to_contain_text("word")  # its ticket was checked
+    shared.get_by_role("button", name="Stop sharing").click()
+    expect(shared.get_by_role("button", name="Start sharing")).to_be_visible()
+    expect(operator.get_by_text("The robot isn't connected to the server.")).to_be_visible()
+
+
+def test_the_camera_is_off_while_nobody_watches_and_the_other_one_takes_over(shared: Page, operator: Page) -> None:
+    operator.goto(f"{operator.url}robots/{robot_id_of(shared)}")
+    wait_connected(operator)
+    expect(standing(shared)).to_have_text("Shared now: camera.")
+    shared.get_by_text("360p").click()
+    operator.wait_for_function("() => document.querySelector('video')?.videoHeight <= 360")
+    assert operator.evaluate(PICTURE_MOVES)
+    operator.close()
+    expect(standing(shared)).to_have_text("Nobody watches: camera and microphone are off.")
+
+
+def test_the_same_phone_is_the_same_robot_and_keeps_no_account(
+    shared: Page, phone: BrowserContext, server: Any, account: httpx.Client
+) -> None:
+    robots = account.get("/robots").json()["resultData"]["data"]
+    assert [robot["id"] for robot in robots if robot["name"] == "Linux computer"] == [robot_id_of(shared)]
+    kept = shared.evaluate("() => [...Object.keys(localStorage), ...Object.keys(sessionStorage)]")
+    assert "mosaic.accessToken" not in kept
+    list_page = phone.new_page()
+    list_page.goto(server.url)
+    expect(list_page.get_by_label("Email")).to_be_visible()
+    list_page.close()
+
+
+def test_a_new_token_ends_it_and_the_phone_may_become_another_robot(shared: Page, account: httpx.Client) -> None:
+    account.post("/robots/auth/simple-token", json={"robotId": robot_id_of(shared)}).raise_for_status()
+    expect(shared.get_by_role("alert")).to_contain_text("It was deleted, or got a new token.")
+    shared.get_by_role("button", name="Be a new robot").click()
+    expect(shared.get_by_label("Name of the robot")).to_be_visible()
