@@ -74,6 +74,7 @@ DASHBOARD_ROOMS = {
         "peers",
         "bindings",
     ],
+    "robot": ["signaling", "control", "connectors", "sensors", "peers"],
     "react": [],
     "widgets": [
         "theme",
@@ -89,7 +90,7 @@ DASHBOARD_ROOMS = {
         "gamepad",
         "control",
     ],
-    "app": ["shell", "session", "connection", "describe", "grants", "journal", "check", "robots", "plugins", "robot"],
+    "app": ["shell", "session", "connection", "describe", "grants", "journal", "check", "share", "robots", "plugins", "robot"],
 }
 """The same for the packages below ``dashboard/packages``. A folder named like a component (``DrivePad``) is a widget:
 it stands above these rooms, and may borrow from another widget, in no circle."""

@@ -123,6 +123,25 @@ def test_the_list_of_robots(page: Page, examined: Examination, server: Any, robo
     examined.look("no robots")
 
 
+def test_a_phone_is_shared(page: Page, examined: Examination, server: Any, sign_in: Any) -> None:
+    page.context.grant_permissions(["accelerometer", "gyroscope"])
+    sign_in(page)
+    page.goto(server.url)
+    page.get_by_role("button", name="Use a phone").click()
+    page.get_by_role("link", name="Use this device instead").wait_for()
+    examined.look("use a phone", DIALOG)
+    page.goto(f"{server.url}/share")
+    page.get_by_role("heading", name="Use this device as a robot").wait_for()
+    examined.look("what is shared")
+    page.get_by_role("switch", name="Camera").set_checked(False)
+    page.get_by_role("button", name="Start sharing").click()
+    page.get_by_text("Nobody watches").wait_for()
+    examined.look("sharing")
+    page.get_by_role("button", name="Stop sharing").click()
+    page.get_by_role("button", name="Be a new one").wait_for()
+    examined.look("a robot of before")
+
+
 def test_the_server_is_not_there(page: Page, examined: Examination, server: Any, seed: Any, sign_in: Any) -> None:
     sign_in(page)
     page.route("**/api/v1/robots**", lambda route: route.abort())

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import httpx
 import pytest
+from mosaic_core.messages import BatteryState
+from mosaic_core.operator import MosaicOperator
 from playwright.sync_api import Browser, BrowserContext, Page, Playwright, expect
 from support.people import access_token, wait_connected
 
@@ -124,6 +128,22 @@ def test_the_same_phone_is_the_same_robot_and_keeps_no_account(
     list_page.goto(server.url)
     expect(list_page.get_by_label("Email")).to_be_visible()
     list_page.close()
+
+
+def test_an_operator_in_python_sees_it_and_reads_its_battery(shared: Page, server: Any, seed: Any) -> None:
+    with ThreadPoolExecutor(1) as beside:  # Playwright has the event loop of this thread
+        size, percent = beside.submit(asyncio.run, looked(server.url, seed, robot_id_of(shared))).result(timeout=60)
+    assert size[0] > 0 and size[1] > 0
+    assert 0 <= percent <= 100
+
+
+async def looked(url: str, seed: Any, robot_id: str) -> tuple[tuple[int, ...], float]:
+    async with await MosaicOperator.login(url, seed.email, seed.password) as operator:
+        connection = await operator.connect(robot_id)
+        image = await connection.media("camera").next_image()
+        state = (await connection.receivable("battery").next_message()).message()
+        assert isinstance(state, BatteryState) and state.percent is not None
+        return image.shape, state.percent
 
 
 def test_a_new_token_ends_it_and_the_phone_may_become_another_robot(shared: Page, account: httpx.Client) -> None:

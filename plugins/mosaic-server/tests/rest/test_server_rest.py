@@ -284,6 +284,10 @@ def test_every_answer_carries_the_security_headers(server: Any) -> None:
         headers = server.http.get(path).headers
         assert headers["x-content-type-options"] == "nosniff"
         assert "frame-ancestors 'none'" in headers["content-security-policy"]
+        # A page that shares a phone asks for all three.
+        assert {"camera=(self)", "microphone=(self)", "geolocation=(self)"} < set(
+            headers["permissions-policy"].split(", ")
+        )
     assert server.http.get("/api/v1/server").headers["cache-control"] == "no-store"
 
 

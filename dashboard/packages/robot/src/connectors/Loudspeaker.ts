@@ -14,8 +14,10 @@ export interface VoicePlayer {
 /** Whose voice it may be. */
 export interface Speaker {
   readonly id: string
-  /** Somebody else talks. */
-  talkRefused(label: string): void
+  /** False for whoever may only watch. */
+  readonly mayTalk: boolean
+  /** It is not heard, and why: somebody else talks, or it may not. */
+  talkRefused(label: string, code: string): void
 }
 
 interface Voice {
@@ -79,8 +81,9 @@ export class Loudspeaker {
       voice.isRefused = false
       return
     }
-    const isHeard = this.floor.heard(voice.speaker.id, this.platform.now())
-    if (!isHeard && !voice.isRefused) voice.speaker.talkRefused(this.entry.label)
+    const { id, mayTalk } = voice.speaker
+    const isHeard = mayTalk && this.floor.heard(id, this.platform.now())
+    if (!isHeard && !voice.isRefused) voice.speaker.talkRefused(this.entry.label, mayTalk ? 'media.talk_busy' : 'lease.forbidden')
     voice.isRefused = !isHeard
   }
 

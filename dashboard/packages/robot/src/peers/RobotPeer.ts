@@ -136,8 +136,12 @@ export class RobotPeer {
     return this.control?.send(type, data) ?? false
   }
 
-  talkRefused(label: string): void {
-    this.send('refusal', { label, code: 'media.talk_busy' })
+  get mayTalk(): boolean {
+    return this.identity.role !== 'observer'
+  }
+
+  talkRefused(label: string, code: string): void {
+    this.send('refusal', { label, code })
   }
 
   private useOf(label: string, kind: string): LineUse {
