@@ -90,7 +90,19 @@ DASHBOARD_ROOMS = {
         "gamepad",
         "control",
     ],
-    "app": ["shell", "session", "connection", "describe", "grants", "journal", "check", "share", "robots", "plugins", "robot"],
+    "app": [
+        "shell",
+        "session",
+        "connection",
+        "describe",
+        "grants",
+        "journal",
+        "check",
+        "share",
+        "robots",
+        "plugins",
+        "robot",
+    ],
 }
 """The same for the packages below ``dashboard/packages``. A folder named like a component (``DrivePad``) is a widget:
 it stands above these rooms, and may borrow from another widget, in no circle."""

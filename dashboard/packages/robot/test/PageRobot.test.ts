@@ -1,3 +1,4 @@
+import { wallClockMs } from '@mosaic/client/parts'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { dataEntry } from '../src/connectors/catalogue'
 import type { DataTeller } from '../src/connectors/Connector'
@@ -53,7 +54,7 @@ function signIn(): void {
 }
 
 function ticketFor(peerId: string, name: string, role: string): string {
-  const now = Date.now() / 1000
+  const now = wallClockMs() / 1000
   const claims = { robotId: ROBOT, peerId, sub: name, name, role, iat: now, exp: now + 300 }
   return [{ alg: 'EdDSA', kid: 'k' }, claims].map((part) => Buffer.from(JSON.stringify(part)).toString('base64url')).join('.') + '.AA'
 }
@@ -183,14 +184,15 @@ test('a ticket for somebody else is refused, and named in the log', async () => 
 
 test('the seventh operator is refused, and comes in when somebody has left', async () => {
   signIn()
-  const controls = []
+  const controls: FakeDataChannel[] = []
   for (let count = 0; count < 6; count += 1) controls.push(await operator(`A${count}`))
   expect(platform.socket.sentOf('status.update').at(-1)).toEqual({ status: 2 })
   platform.socket.says('signaling.send_sdp_offer', { rtcConnectionId: 'seventh', ...OFFER })
   expect(platform.socket.sentOf('signaling.close_peer_connection')).toMatchObject([{ rtcConnectionId: 'seventh', code: 'signal.robot_busy' }])
-  controls[0]?.control('bye', { code: 'peer.closed' })
+  const [first, second] = controls
+  first?.control('bye', { code: 'peer.closed' })
   expect(platform.socket.sentOf('status.update').at(-1)).toEqual({ status: 0 })
-  expect(heard(controls[1] ?? controls[0]!, 'peers').at(-1)?.['peers']).toHaveLength(5)
+  expect(second && heard(second, 'peers').at(-1)?.['peers']).toHaveLength(5)
 })
 
 test('a stop is acknowledged where it was said, everybody hears of it, and a supervisor clears it', async () => {

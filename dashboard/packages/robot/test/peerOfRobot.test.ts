@@ -4,7 +4,7 @@ import { RobotPeerMachine, type RobotPeerEvent } from '../src/peers/peerOfRobot'
 
 function after(...events: RobotPeerEvent['type'][]): RobotPeerMachine {
   const machine = new RobotPeerMachine(0)
-  for (const type of events) machine.handle({ type, code: 'x' } as RobotPeerEvent, 0)
+  for (const type of events) machine.handle({ type, code: 'x' }, 0)
   return machine
 }
 
@@ -65,7 +65,7 @@ test('whatever happens, it greets and ends at most once, and waits only while it
       let now = 0
       for (const [type, ms] of walk) {
         now += ms
-        told.push(...machine.handle({ type, code: 'x' } as RobotPeerEvent, now).map((effect) => effect.type))
+        told.push(...machine.handle({ type, code: 'x' }, now).map((effect) => effect.type))
         expect(machine.deadlineMs === null).toBe(machine.phase === 'closed')
       }
       expect(told.filter((one) => one === 'greet').length).toBeLessThanOrEqual(1)
