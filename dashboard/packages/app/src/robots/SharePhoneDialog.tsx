@@ -36,7 +36,7 @@ export default function SharePhoneDialog({ onClose }: SharePhoneDialogProps) {
           <>
             {protocol === 'http:' && (
               <p className={classes.hint} role="note">
-                Over <code>http://</code> phones give a page neither camera nor sensors: the server needs https.
+                Over <code>http://</code> the browser of a phone gives a page neither camera nor sensors: the server needs https.
               </p>
             )}
             {code !== null && <QrCode text={`${origin}${SHARE_PATH}#code=${code}`} label="Link for the phone" />}

@@ -3,9 +3,8 @@ import { reasonOf } from '@mosaic/client'
 import { useMosaicClient, useReadable } from '@mosaic/react'
 import type { CameraChoice, PageRobot, PageRobotState, Viewer } from '@mosaic/robot'
 import { IconAlertTriangle, IconExternalLink, IconEye, IconEyeOff, IconPlayerStopFilled } from '@tabler/icons-react'
-import { useEffect, useRef, useState } from 'react'
+import { useEffect, useRef } from 'react'
 import { CameraChooser } from './CameraChooser'
-import { FIRST_CHOICES } from './choices'
 import type { RememberedRobot } from './rememberedRobot'
 import classes from './share.module.css'
 import { useAwake } from './useAwake'
@@ -41,7 +40,7 @@ export function Sharing({ share, robot, known }: SharingProps) {
         </p>
       ))}
       <Viewers viewers={state.viewers} />
-      {robot.tracks.has('camera') && <OwnPicture track={state.captured['camera'] ?? null} onChoose={share.film} />}
+      {robot.tracks.has('camera') && <OwnPicture track={state.captured['camera'] ?? null} choice={share.camera} onChoose={share.film} />}
       <SeeIt robotId={known.robotId} />
       <Hints isAwake={isAwake} />
     </>
@@ -86,8 +85,13 @@ function Viewers({ viewers }: { viewers: readonly Viewer[] }) {
   )
 }
 
-function OwnPicture({ track, onChoose }: { track: MediaStreamTrack | null; onChoose: (choice: CameraChoice) => void }) {
-  const [choice, setChoice] = useState(FIRST_CHOICES.camera)
+interface OwnPictureProps {
+  track: MediaStreamTrack | null
+  choice: CameraChoice
+  onChoose: (choice: CameraChoice) => void
+}
+
+function OwnPicture({ track, choice, onChoose }: OwnPictureProps) {
   const video = useRef<HTMLVideoElement>(null)
   useEffect(() => {
     if (video.current) video.current.srcObject = track === null ? null : new MediaStream([track])
@@ -95,13 +99,7 @@ function OwnPicture({ track, onChoose }: { track: MediaStreamTrack | null; onCho
   return (
     <section className={classes.own} aria-label="Your camera">
       {track !== null && <video ref={video} autoPlay muted playsInline aria-label="What they see" />}
-      <CameraChooser
-        choice={choice}
-        onChoose={(next) => {
-          setChoice(next)
-          onChoose(next)
-        }}
-      />
+      <CameraChooser choice={choice} onChoose={onChoose} />
     </section>
   )
 }

@@ -39,7 +39,8 @@ export function sharable(): readonly Shared[] {
     camera: hasMedia,
     microphone: hasMedia,
     loudspeaker: true,
-    position: 'geolocation' in navigator,
+    // It is there without https, and refuses.
+    position: window.isSecureContext && 'geolocation' in navigator,
     motion: 'DeviceMotionEvent' in window,
     battery: browserGetBattery(navigator) !== null,
   }

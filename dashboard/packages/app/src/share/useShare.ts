@@ -4,7 +4,7 @@ import { useMosaicClient } from '@mosaic/react'
 import { camera, browserGetUserMedia, type CameraChoice, type PageRobot } from '@mosaic/robot'
 import { useCallback, useEffect, useRef, useState } from 'react'
 import { failureOf, type Failure } from '../session/errorText'
-import { askFor, robotOf, type Choices } from './choices'
+import { askFor, FIRST_CHOICES, robotOf, type Choices } from './choices'
 import { forgetRobot, rememberedRobot, rememberRobot, type RememberedRobot } from './rememberedRobot'
 
 export interface Share {
@@ -18,6 +18,8 @@ export interface Share {
   stop: () => void
   /** Be another robot the next time. */
   forget: () => void
+  /** How the camera films, or would. */
+  camera: CameraChoice
   film: (choice: CameraChoice) => void
 }
 
@@ -26,6 +28,7 @@ export function useShare(code: string | null): Share {
   const account = useAccount(code)
   const [robot, setRobot] = useState<PageRobot | null>(null)
   const [known, setKnown] = useState(rememberedRobot)
+  const [choice, setChoice] = useState(FIRST_CHOICES.camera)
   const [isBusy, setIsBusy] = useState(false)
   const [failure, setFailure] = useState<Failure | null>(null)
 
@@ -40,6 +43,7 @@ export function useShare(code: string | null): Share {
         const running = robotOf(mine, granted, browserPlatform())
         for (const [label, problem] of Object.entries(problems)) running.report(label, problem)
         running.start()
+        setChoice(choices.camera)
         setRobot(running)
       } catch (error) {
         setFailure(failureOf(error))
@@ -59,12 +63,13 @@ export function useShare(code: string | null): Share {
   const film = useCallback(
     (choice: CameraChoice) => {
       const getUserMedia = browserGetUserMedia()
+      setChoice(choice)
       if (getUserMedia !== null) robot?.use(camera(choice, getUserMedia))
     },
     [robot],
   )
   useEndWith(robot, setRobot)
-  return { robot, known, isBusy, failure, start, stop, forget, film }
+  return { robot, known, isBusy, failure, start, stop, forget, camera: choice, film }
 }
 
 /** Whoever leaves the page shares nothing any more; one that is looked at again tries what failed meanwhile. */
