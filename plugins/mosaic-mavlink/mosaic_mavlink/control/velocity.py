@@ -1,0 +1,123 @@
+"""The ``mavlink-velocity`` connector: an operator's velocity to a vehicle in its guided mode."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from pydantic import Field, field_validator
+from pymavlink.dialects.v20 import ardupilotmega as words
+
+from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.contract.host import Sender
+from mosaic_core.messages import STANDSTILL, Twist
+from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.limits import FieldLimit
+from mosaic_core.words.safety_config import SafePolicy
+from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
+from mosaic_mavlink.link.contact import VehicleContact
+from mosaic_mavlink.link.flight_modes import guided_mode
+from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.params import EXAMPLE, TRIAL
+from mosaic_mavlink.telemetry.frames import flu_of_frd
+
+HORIZONTAL = ("linear.x", "linear.y")
+VERTICAL = ("linear.z",)
+TURNING = ("angular.z",)
+ONLY_VELOCITIES = 0b010111000111
+"""``POSITION_TARGET_TYPEMASK``: no position, no acceleration, no yaw; velocities and the rate of yaw count."""
+
+
+class MavlinkVelocitySafety(SafetyConfig):
+    """The limits of a vehicle that is driven by velocities. The time-out can't be switched off."""
+
+    timeout_s: float = Field(default=0.5, gt=0, le=3, description="Silence after which it stands still.")
+    requires_lease: bool = Field(default=True, description="Take commands only from the lease's holder.")
+    max_horizontal_mps: float = Field(default=2.0, gt=0, le=50, description="Fastest along the ground, in m/s.")
+    max_vertical_mps: float = Field(default=1.0, gt=0, le=20, description="Fastest up and down, in m/s.")
+    max_turning_radps: float = Field(default=1.0, gt=0, le=10, description="Fastest turn, in rad/s.")
+    max_acceleration_mps2: float | None = Field(
+        default=2.0, gt=0, le=50, description="Fastest gain of speed along the ground, in m/s²."
+    )
+
+    @field_validator("on_timeout", "on_loss")
+    @classmethod
+    def _stands_in_the_end(cls, policy: SafePolicy | None) -> SafePolicy | None:
+        return not_kept(policy)
+
+    def field_limits(self) -> tuple[FieldLimit, ...]:
+        """Along the ground as a vector: too fast keeps its direction."""
+        return (
+            FieldLimit(HORIZONTAL, max_norm=self.max_horizontal_mps, max_rise_per_s=self.max_acceleration_mps2),
+            FieldLimit(VERTICAL, max_norm=self.max_vertical_mps),
+            FieldLimit(TURNING, max_norm=self.max_turning_radps),
+        )
+
+
+def velocity_message(twist: Twist) -> Outgoing:
+    """A ``SET_POSITION_TARGET_LOCAL_NED`` of a velocity in the vehicle's own axes."""
+    vx, vy, vz = flu_of_frd(twist.linear.x, twist.linear.y, twist.linear.z)
+    unused = dict.fromkeys(("x", "y", "z", "afx", "afy", "afz", "yaw"), 0.0)
+    return "set_position_target_local_ned", {
+        "time_boot_ms": 0, "coordinate_frame": words.MAV_FRAME_BODY_NED, "type_mask": ONLY_VELOCITIES, **unused,
+        "vx": vx, "vy": vy, "vz": vz, "yaw_rate": -twist.angular.z,
+    }  # fmt: skip
+
+
+STILL = velocity_message(STANDSTILL)
+
+
+class MavlinkVelocity(DataChannelReceivable[Twist]):
+    """Moves an armed vehicle in GUIDED or OFFBOARD. It never arms it, and enters no mode but that of ``on_loss``."""
+
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+    widget: ClassVar[str | None] = "drive-pad"
+    motion_fields: ClassVar[tuple[str, ...]] = (*HORIZONTAL, *VERTICAL, *TURNING)
+
+    def __init__(
+        self, label: str, contact: VehicleContact, params: MotionParams, safety: MavlinkVelocitySafety
+    ) -> None:
+        super().__init__(label)
+        self.timeout_s = safety.timeout_s
+        self.requires_lease = safety.requires_lease
+        self._silence_s = safety.timeout_s
+        self._contact = contact
+        self._guard = LossGuard(contact, params)
+
+    def handle_data(self, data: Twist, sender: Sender) -> None:
+        """Receiver's thread."""
+        facts = self._contact.facts()
+        self._guard.check(facts)
+        wanted = guided_mode(facts.kind)
+        if facts.mode != wanted:
+            raise Refused("mavlink.wrong_mode", f"the vehicle is in {facts.mode}; ask for the mode {wanted} first")
+        if data.angular.x or data.angular.y:
+            raise Refused("mavlink.no_such_axis", "a vehicle turns around z alone; leave angular.x and angular.y out")
+        message = velocity_message(data)
+        self._guard.commanding(facts.mode, sender.peer_id, moves=data != STANDSTILL)
+        self._contact.vehicle.repeat(message, self._contact.now_s(), self._silence_s + STREAM_MARGIN_S)
+        if not self._contact.send(message):
+            raise Refused("plugin.no_device", "the link is lost; opening it again")
+
+    def make_safe(self, cause: str) -> None:
+        """Safety thread."""
+        self._guard.make_safe(STILL, cause)
+
+    def peer_left(self, sender: Sender) -> None:
+        """Safety thread. Who only watched may leave."""
+        if self._guard.is_commander(sender.peer_id):
+            self._guard.make_safe(STILL, "safety.peer_left")
+
+
+class MavlinkVelocityConfigurer(DataChannelConfigurer[MotionParams]):
+    """Moves an ArduPilot or PX4 vehicle by velocities; on loss it stands still, then holds, returns or lands."""
+
+    connector_type = "mavlink-velocity"
+    safety_model = MavlinkVelocitySafety
+    example: ClassVar[dict[str, Any] | None] = {**EXAMPLE, "on_loss": "hold"}
+    trial: ClassVar[dict[str, Any] | None] = TRIAL
+
+    def configure(self) -> MavlinkVelocity:
+        safety = MavlinkVelocitySafety.model_validate(self.safety.model_dump())
+        return MavlinkVelocity(self.label, VehicleContact.of(self.shared, self.params), self.params, safety)

@@ -1,0 +1,1 @@
+"""The link to vehicles: bytes, messages, heartbeats, and what is known of each vehicle."""

@@ -1,0 +1,1 @@
+"""What vehicles tell, as standard messages."""
