@@ -51,9 +51,9 @@ class FakeVehicle:
             self._port.close()
 
     def _step(self) -> None:
-        data, _ = self._port.read(STEP_S)
+        data, source = self._port.read(STEP_S)
         now_s = self._clock()
-        messages = list(self._codec.messages(data))
+        messages = list(self._codec.messages(data, source, now_s))
         if self.is_silent:
             return
         for message in messages:

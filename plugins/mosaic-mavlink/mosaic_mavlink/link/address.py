@@ -29,7 +29,7 @@ def link_address(url: str) -> LinkAddress:
     """The address that ``url`` spells. Raises :class:`ValueError` that says how one is spelt."""
     if found := _NETWORK.match(url):
         transport, host, port = found[1], found[2].strip("[]"), int(found[3])
-        if port <= 0xFFFF and (port or transport in ("udpin", "udp")):
+        if 0 < port <= 0xFFFF:
             return LinkAddress("udpin" if transport == "udp" else cast(Transport, transport), host, port)
     elif _SERIAL.match(url):
         return LinkAddress("serial", url)

@@ -156,14 +156,15 @@ class MavlinkLink:
     def _run(self) -> None:
         attempts = 0
         while not self._closing.is_set():
-            if self._open():
+            if self.open():
                 attempts = 0
                 self._attend()
             wait_s = RETRY_S[min(attempts, len(RETRY_S) - 1)]
             attempts += 1
             self._closing.wait(wait_s)
 
-    def _open(self) -> bool:
+    def open(self) -> bool:
+        """Open the port; ``False`` where it can't be, and the reason is kept for :meth:`require`."""
         try:
             port = self._opens(link_address(self.url), self._params.baud)
         except DeviceGone as error:
@@ -194,7 +195,7 @@ class MavlinkLink:
         data, source = self._port.read(READ_TIMEOUT_S)
         now_s = self.now_s()
         if data and self._is_within_budget(len(data), now_s):
-            for message in self._codec.messages(data):
+            for message in self._codec.messages(data, source, now_s):
                 self._dispatch(message, source, now_s)
         if now_s - self._beat_s >= HEARTBEAT_S:
             self._beat_s = now_s

@@ -65,7 +65,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def hear(self, message: Any, now_s: float) -> list[Effect]:
-        """A message of one of the kinds that it listens for."""
+        """A message of one of the kinds that it listens for; nothing where it says nothing."""
 
     def cancel(self) -> list[Effect]:
         """Whoever asked takes the question back."""

@@ -37,7 +37,8 @@ def conversed(contact: VehicleContact, conversation: Conversation, request: Requ
             message = inbox.take(min(LOOK_S, conversation.deadline_s - contact.now_s()))
             now_s = contact.now_s()
             is_ours = message is not None and contact.is_for_us(message)
-            effects = conversation.hear(message, now_s) if is_ours else conversation.time_passed(now_s)
+            heard = conversation.hear(message, now_s) if is_ours else []
+            effects = heard or conversation.time_passed(now_s)
 
 
 def _carry_out(contact: VehicleContact, effect: Effect, request: Request) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field, field_validator
@@ -54,13 +55,10 @@ class MissionItem(Message):
     frame: Frame = Field(
         default="relative", description="Height above: home (relative), the sea (global), the ground (terrain)."
     )
-    params: list[float] = Field(
-        default=[0.0, 0.0, 0.0, 0.0],
-        min_length=4,
-        max_length=4,
-        json_schema_extra=unit(""),
-        description="Its param 1–4.",
-    )
+    params: list[float | None] = Field(
+        default=[0.0, 0.0, 0.0, 0.0], min_length=4, max_length=4, json_schema_extra=unit(""),
+        description="Its param 1–4; null: as the vehicle likes.",
+    )  # fmt: skip
     autocontinue: bool = True
 
     @field_validator("command")
@@ -73,17 +71,12 @@ class MissionItem(Message):
             raise ValueError(f"no command {command}{hint_at(name, _COMMANDS)}")
         return name
 
-    @field_validator("frame")
-    @classmethod
-    def _can_be_written(cls, frame: Frame) -> Frame:
-        return frame
-
     def step(self) -> MissionStep:
         """As the protocol has it."""
         command = int(self.command) if self.command.isdigit() else _COMMANDS[self.command]
-        first, second, third, fourth = self.params
+        first, second, third, fourth = (math.nan if value is None else value for value in self.params)
         place = (self.latitude, self.longitude, self.altitude_m)
-        frame = _FRAMES.get(self.frame, words.MAV_FRAME_GLOBAL_RELATIVE_ALT)
+        frame = _FRAMES[self.frame]
         return MissionStep(command, frame, (first, second, third, fourth), *place, self.autocontinue)
 
 
@@ -92,6 +85,14 @@ class MissionQuestion(Message):
 
     action: Literal["upload", "download", "clear"]
     items: list[MissionItem] = Field(default=[], max_length=MAX_ITEMS, description="For `upload`, without home.")
+
+    @field_validator("items")
+    @classmethod
+    def _can_be_uploaded(cls, items: list[MissionItem]) -> list[MissionItem]:
+        strange = next((place for place, item in enumerate(items) if item.frame not in _FRAMES), None)
+        if strange is not None:
+            raise ValueError(f"item {strange} has the frame {items[strange].frame}, which can't be uploaded")
+        return items
 
 
 class MissionAnswer(Message):
@@ -135,7 +136,7 @@ def item_of(step: MissionStep) -> MissionItem:
         longitude=step.y if has_place else 0.0,
         altitude_m=max(-1000.0, min(20_000.0, step.z)),
         frame=frame,
-        params=[value if value == value else 0.0 for value in step.params],
+        params=[value if math.isfinite(value) else None for value in step.params],
         autocontinue=step.autocontinue,
     )
 

@@ -125,13 +125,13 @@ class DownloadMission(Conversation):
         if kind == "MISSION_COUNT":
             return self._counted(message.count, now_s)
         if self._total is None or message.seq != len(self._steps):
-            return self.time_passed(now_s)
+            return []
         self._steps.append(read_step(message))
         return [TellProgress(len(self._steps), self._total), *self._next(now_s)]
 
     def _counted(self, total: int, now_s: float) -> list[Effect]:
         if self._total is not None:
-            return self.time_passed(now_s)
+            return []
         if total > MAX_ITEMS:
             return [SendMessage(CANCELLED), NotAnswered("mavlink.too_many", f"the mission has {total} items")]
         self._total = total

@@ -81,7 +81,7 @@ class GetParameter(Conversation):
 
     def hear(self, message: Any, now_s: float) -> list[Effect]:
         if printable(message.param_id) != self.name:
-            return self.time_passed(now_s)
+            return []
         return self.known(read_value(message, bytewise=self.bytewise), now_s)
 
     def known(self, parameter: ParameterValue, now_s: float) -> list[Effect]:
@@ -129,7 +129,7 @@ class ListParameters(Conversation):
 
     def hear(self, message: Any, now_s: float) -> list[Effect]:
         if message.param_index == UNNUMBERED or message.param_index in self._found:
-            return self.time_passed(now_s)
+            return []
         if message.param_count > MAX_PARAMETERS:
             return [NotAnswered("mavlink.too_many", f"the vehicle has {message.param_count} parameters")]
         self._found[message.param_index] = read_value(message, bytewise=self._bytewise)
