@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from mosaic_core.contract.configurer import Shared
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.link.address import LinkAddress
 from mosaic_mavlink.link.codec import Codec
@@ -16,6 +17,7 @@ from mosaic_mavlink.link.ports import Source
 from mosaic_mavlink.params import VehicleParams
 
 STEP_S = 0.05
+URL = "udpin:127.0.0.1:14550"
 
 
 class Air:
@@ -44,11 +46,18 @@ class Air:
 
     def contact(self, **params: Any) -> VehicleContact:
         """The first call opens the link."""
-        wanted = VehicleParams.model_validate({"url": "udpin:127.0.0.1:14550", **params})
+        wanted = VehicleParams.model_validate({"url": URL, **params})
         if self.link is None:
             self.link = MavlinkLink(wanted, opens=self._open, clock=lambda: self.now_s)
             assert self.link.open()
         return VehicleContact(self.link, self.link.vehicle(wanted))
+
+    def shared(self) -> Shared:
+        """What the connectors of a robot share, with this link in it."""
+        self.contact()
+        shared = Shared()
+        shared.get(f"mosaic-mavlink:{URL}", lambda: self.link)  # type: ignore[arg-type, return-value]
+        return shared
 
     def _open(self, address: LinkAddress, baud: int) -> Air:
         return self

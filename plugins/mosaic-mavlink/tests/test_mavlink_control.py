@@ -249,7 +249,7 @@ def test_sticks_are_not_taken_where_letting_go_is_a_fall(air: Any, copter: FakeA
 
 def test_a_policy_that_would_fly_on_is_refused_in_the_file() -> None:
     for configurer in (MavlinkVelocityConfigurer, MavlinkManualConfigurer):
-        with pytest.raises(ConfigError, match="on_timeout: .*keeps its velocity is gone"):
+        with pytest.raises(ConfigError, match=r"on_timeout: .*keeps its velocity is gone"):
             build(configurer, params={"url": "fake:"}, safety={"on_timeout": "hold"})
     with pytest.raises(ConfigError, match=r"params\.on_loss"):
         build(MavlinkVelocityConfigurer, params={"url": "fake:", "on_loss": "kill"})

@@ -1,4 +1,4 @@
-"""Commands, parameters and missions as pure machines: against an autopilot that is made up, and over a link that loses."""
+"""Commands, parameters and missions as pure machines: with an autopilot that is made up, over a link that loses."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def refusal(talk: Talk) -> NotAnswered:
 
 
 def losing(seed: int, share: float) -> Loses:
-    dice = random.Random(seed)  # noqa: S311 - dice, no secret
+    dice = random.Random(seed)
     return lambda: dice.random() < share
 
 

@@ -156,6 +156,15 @@ def test_a_flood_is_not_read_beyond_its_limit_and_the_vehicle_stays(air: Any, co
     assert contact.is_there()
 
 
+def test_a_flood_of_strangers_takes_nothing_of_what_a_vehicle_may_say(air: Any, copter: FakeAutopilot) -> None:
+    contact = air.contact()
+    for _ in range(4):
+        air.waiting.extend((b"\xfd" * 5000, ("6.6.6.6", 666)) for _ in range(2 * MAX_BYTES_PER_S // 5000))
+        air.pass_time(1.0)
+        assert contact.is_there()
+    assert air.link.flood_bytes > 0
+
+
 def test_a_port_that_breaks_is_gone_at_once(air: Any, copter: FakeAutopilot) -> None:
     contact = air.contact()
     air.broken = OSError(5, "Input/output error")
@@ -179,7 +188,7 @@ def test_long_texts_are_put_together_and_lost_chunks_are_seen(air: Any, copter: 
     air.say("statustext", severity=4, text=b"b", id=3, chunk_seq=1)
     air.say("statustext", severity=2, text=b"c" * 50, id=4, chunk_seq=0)
     air.say("statustext", severity=2, text=b"d", id=4, chunk_seq=2)
-    air.say("statustext", severity=7, text="short\x1b[31m".encode())
+    air.say("statustext", severity=7, text=b"short\x1b[31m")
     air.pass_time(0.1)
     told = [(one.level, one.text) for one in texts.since(before)]
     assert told == [("warn", "a" * 50 + "b"), ("fatal", "c" * 50 + "…d"), ("debug", "short [31m")]

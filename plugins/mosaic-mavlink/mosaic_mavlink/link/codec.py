@@ -19,7 +19,7 @@ Dialect: TypeAlias = Literal["ardupilotmega", "common", "all", "development", "c
 SIGNING_EPOCH_S = 1_420_070_400
 """2015-01-01 UTC: signatures count units of 10 µs from there (MAVLink 2, message signing)."""
 STALE_S = 0.5
-"""A frame takes a third of a second at 9600 baud: what was begun longer ago is garbage, and would swallow what comes."""
+"""A frame takes 0.3 s at 9600 baud: what was begun longer ago is garbage, and would swallow what comes."""
 SHORTEST_FRAME_BYTES = 8
 MAX_SOURCES = 16
 _HEX_KEY = re.compile(r"^[0-9a-fA-F]{64}$")

@@ -60,7 +60,7 @@ class MavlinkLink:
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
         self._beat_s = self._window_s = float("-inf")
-        self._window_bytes = 0
+        self._window_bytes: dict[bool, int] = {}
         self.flood_bytes = 0
         """What came beyond the limit and was not read."""
 
@@ -194,7 +194,7 @@ class MavlinkLink:
         assert self._port is not None
         data, source = self._port.read(READ_TIMEOUT_S)
         now_s = self.now_s()
-        if data and self._is_within_budget(len(data), now_s):
+        if data and self._is_within_budget(len(data), source, now_s):
             for message in self._codec.messages(data, source, now_s):
                 self._dispatch(message, source, now_s)
         if now_s - self._beat_s >= HEARTBEAT_S:
@@ -204,16 +204,17 @@ class MavlinkLink:
             for outgoing in vehicle.tick(now_s):
                 self.send(vehicle, outgoing)
 
-    def _is_within_budget(self, size: int, now_s: float) -> bool:
+    def _is_within_budget(self, size: int, source: Source, now_s: float) -> bool:
+        """Vehicles that are known have a budget of their own: a flood of strangers costs them nothing."""
         if now_s - self._window_s >= 1.0:
-            self._window_s, self._window_bytes = now_s, 0
-        self._window_bytes += size
-        if self._window_bytes <= MAX_BYTES_PER_S:
+            self._window_s, self._window_bytes = now_s, {}
+        is_known = source in self._sources.values()
+        spent = self._window_bytes[is_known] = self._window_bytes.get(is_known, 0) + size
+        if spent <= MAX_BYTES_PER_S:
             return True
         if not self.flood_bytes:
-            _log.warning(
-                "MAVLink link %s brings more than %d bytes a second; the rest is not read", self.url, MAX_BYTES_PER_S
-            )
+            message = "MAVLink link %s brings more than %d bytes a second; the rest is not read"
+            _log.warning(message, self.url, MAX_BYTES_PER_S)
         self.flood_bytes += size
         return False
 

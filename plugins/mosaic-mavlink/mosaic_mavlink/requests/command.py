@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Callable
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -29,6 +30,8 @@ FORCE = 21196
 OFFBOARD_BEFORE_S = 0.6
 OFFBOARD_FOR_S = 30.0
 """PX4 enters OFFBOARD only while it is told velocities; until an operator's own, it is told to stand still."""
+BELIEVED_AFTER_S = 3.0
+LOOK_S = 0.02
 NO_NUMBER = math.nan
 Action = Literal["arm", "disarm", "mode", "takeoff", "hold", "land", "rtl", "reboot"]
 
@@ -101,7 +104,10 @@ class MavlinkCommand(RequestHandler[VehicleCommand, CommandDone]):
             who = request.sender.name or request.sender.operator_id or "somebody"
             _log.warning("%s: %s forces %s: %s", self.label, who, question.action, question.reason)
         numbers = (float(question.action == "arm"), float(FORCE if question.forced else 0), 0.0, 0.0, 0.0, 0.0, 0.0)
-        return self._do(question.action, words.MAV_CMD_COMPONENT_ARM_DISARM, numbers, request)
+        done = self._do(question.action, words.MAV_CMD_COMPONENT_ARM_DISARM, numbers, request)
+        wish = question.action == "arm"
+        self._wait_for(lambda facts: facts.armed == wish, question.action, request)
+        return done
 
     def _enter(self, mode: str, facts: VehicleFacts, request: Request) -> CommandDone:
         order = mode_order(facts.kind, mode)
@@ -114,7 +120,19 @@ class MavlinkCommand(RequestHandler[VehicleCommand, CommandDone]):
             self._contact.vehicle.repeat(STILL, self._contact.now_s(), OFFBOARD_FOR_S)
             request.pause(OFFBOARD_BEFORE_S)
         numbers = (order.base, order.custom, order.sub, 0.0, 0.0, 0.0, 0.0)
-        return self._do(f"mode {mode}", words.MAV_CMD_DO_SET_MODE, numbers, request)
+        done = self._do(f"mode {mode}", words.MAV_CMD_DO_SET_MODE, numbers, request)
+        self._wait_for(lambda facts: facts.mode == mode, f"mode {mode}", request)
+        return done
+
+    def _wait_for(self, is_so: Callable[[VehicleFacts], bool], what: str, request: Request) -> None:
+        """An acknowledgement is a promise; the heartbeat, once a second, says what is so. The next command needs it."""
+        ends_s = self._contact.now_s() + BELIEVED_AFTER_S
+        while not is_so(facts := self._contact.facts()):
+            if self._contact.now_s() > ends_s:
+                state = f"is {'armed' if facts.armed else 'disarmed'} in {facts.mode}"
+                raise Refused("mavlink.not_done", f"{what}: the vehicle accepted it, and {state}; see mavlink-log")
+            if request.pause(LOOK_S):
+                return
 
     def _take_off(self, altitude_m: float, facts: VehicleFacts, request: Request) -> CommandDone:
         if facts.kind == "px4":
