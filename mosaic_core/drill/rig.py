@@ -12,6 +12,7 @@ from uuid import UUID
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler, reports_position
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
 from mosaic_core.drill.recorder import ActRecorder, watched
 from mosaic_core.laboratory.joining import PATIENCE_S, running_robot, signed_in
@@ -139,7 +140,7 @@ def _staged(
     cameras: list[str] = []
     for connector in connectors:
         handlers = list(connector.handlers)
-        receivers = [one for one in handlers if isinstance(one, DataChannelReceivable)]
+        receivers = [one for one in handlers if isinstance(one, DataChannelReceivable) and not is_request(one)]
         media = [one.label for one in handlers if isinstance(one, MediaTrackHandler)]
         cameras += media
         subjects += [_subject(connector, receiver, live=live) for receiver in receivers]
@@ -149,6 +150,11 @@ def _staged(
             stand_ins = tuple(_Camera(label) for label in media)
             kept.append(replace(connector, handlers=(*receivers, *stand_ins)))
     return tuple(subjects), tuple(kept), tuple(cameras)
+
+
+def is_request(receiver: DataChannelReceivable[Any]) -> bool:
+    """Whether it answers questions: a stop and the loss of the lease cancel them, and silence means nothing to it."""
+    return isinstance(receiver, RequestHandler)
 
 
 def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live: bool) -> DrilledReceiver:

@@ -14,6 +14,7 @@ from mosaic_core.contract.units import unit_of
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.drill import drill
 from mosaic_core.drill.recorder import acts_on_silence
+from mosaic_core.drill.rig import is_request
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
 from mosaic_core.ladder.lives import absent_device_errors, is_absence, lived
@@ -138,7 +139,7 @@ def motion_is_guarded(one: Examinee) -> Iterator[Fault]:
 def _moving(one: Examinee) -> list[tuple[DataChannelReceivable[Any], ReceiverSafety]]:
     """The receivers that move something, with their limits."""
     connector = one.connector(one.trial)
-    receivers = [handler for handler in connector.handlers if isinstance(handler, DataChannelReceivable)]
+    receivers = [one for one in connector.handlers if isinstance(one, DataChannelReceivable) and not is_request(one)]
     guarded = [(receiver, ReceiverSafety.of(connector.safety, receiver)) for receiver in receivers]
     found = [(receiver, safety) for receiver, safety in guarded if safety.is_motion]
     if not found:

@@ -11,6 +11,7 @@ import pytest
 from mosaic_cmdvel.cmd_vel import CmdVelConfigurer
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrackConfigurer, MediaTrackHandler
 from mosaic_core.contract.params import Message, NoParams
+from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.drill import findings as drill_findings
 from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
@@ -442,6 +443,18 @@ async def test_no_live_drill_sends_an_arm_to_the_end_of_its_range() -> None:
 async def test_a_receiver_that_moves_nothing_is_left_alone() -> None:
     (found,) = (await findings(connector(made_by(Text), label="display"))).values()
     assert (found.verdict, found.label) == ("skipped", "display")
+
+
+class Arming(RequestHandler[Wish, Wish]):
+    requires_lease = True
+
+    def answer(self, question: Wish, request: Request) -> Wish:
+        raise AssertionError("a drill asks no questions")
+
+
+async def test_a_request_that_needs_the_lease_is_no_motion_and_asked_nothing() -> None:
+    for live in (False, True):
+        assert await findings(sled(Arming), live=live) == {}
 
 
 async def test_limits_of_the_file_reach_a_third_partys_receiver() -> None:

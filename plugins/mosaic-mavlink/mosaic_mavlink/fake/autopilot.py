@@ -20,6 +20,8 @@ TYPES = {
     "px4": (words.MAV_TYPE_QUADROTOR, words.MAV_AUTOPILOT_PX4, "POSCTL"),
     "rover": (words.MAV_TYPE_GROUND_ROVER, words.MAV_AUTOPILOT_ARDUPILOTMEGA, "HOLD"),
 }
+_PERIODS_S = {"HEARTBEAT": 0.25, "SYS_STATUS": 1.0}
+"""Real ones beat once a second; so often nobody waits in a trial."""
 VELOCITY_TIMEOUT_S = 3.0
 """ArduPilot stands still without a new velocity for so long."""
 FORCE = 21196
@@ -47,7 +49,7 @@ class FakeAutopilot:
         """Whether the checks before arming pass."""
         self.custom_mode = 0
         self._enter(mode)
-        self.periods_s: dict[str, float] = {"HEARTBEAT": 1.0, "SYS_STATUS": 1.0}
+        self.periods_s: dict[str, float] = dict(_PERIODS_S)
         self._due_s: dict[str, float] = {}
         self._moved_s: float | None = None
         self._velocity_s = float("-inf")
@@ -174,7 +176,7 @@ class FakeAutopilot:
         if self.armed:
             return _DENIED
         self.reboots += 1
-        self.periods_s = {"HEARTBEAT": 1.0, "SYS_STATUS": 1.0}
+        self.periods_s = dict(_PERIODS_S)
         return _ACCEPTED
 
     def _velocity(self, message: Any, now_s: float) -> None:
