@@ -9,11 +9,10 @@ import pytest
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
-from mosaic_mavlink.link.address import LinkAddress
+from mosaic_mavlink.link.address import LinkAddress, Source
 from mosaic_mavlink.link.codec import Codec
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.link import MavlinkLink
-from mosaic_mavlink.link.ports import Source
 from mosaic_mavlink.params import VehicleParams
 
 STEP_S = 0.05

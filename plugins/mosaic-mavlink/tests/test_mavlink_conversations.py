@@ -16,10 +16,10 @@ from mosaic_mavlink.link.codec import Codec
 from mosaic_mavlink.link.vehicle import Outgoing
 from mosaic_mavlink.requests.command_words import CommandConversation
 from mosaic_mavlink.requests.conversation import (
-    Answered,
+    Concluded,
     Conversation,
     Effect,
-    NotAnswered,
+    NotConcluded,
     SendMessage,
     TellProgress,
 )
@@ -42,7 +42,7 @@ class Talk:
     def __init__(self, conversation: Conversation, autopilot: FakeAutopilot, loses: Loses = lambda: False) -> None:
         self.progress: list[TellProgress] = []
         self.sent: list[Outgoing] = []
-        self.end: Answered | NotAnswered | None = None
+        self.end: Concluded | NotConcluded | None = None
         self.now_s = 0.0
         self._conversation, self._autopilot, self._loses = conversation, autopilot, loses
         self._ours, self._its = Codec("ardupilotmega", 255, 190), Codec("ardupilotmega", 1, 1)
@@ -87,12 +87,12 @@ class Talk:
 
 
 def result(talk: Talk) -> Any:
-    assert isinstance(talk.end, Answered), talk.end
+    assert isinstance(talk.end, Concluded), talk.end
     return talk.end.result
 
 
-def refusal(talk: Talk) -> NotAnswered:
-    assert isinstance(talk.end, NotAnswered), talk.end
+def refusal(talk: Talk) -> NotConcluded:
+    assert isinstance(talk.end, NotConcluded), talk.end
     return talk.end
 
 
@@ -137,7 +137,7 @@ def test_each_result_has_its_words(number: int, code: str) -> None:
     ack = words.MAVLink(None).command_ack_encode(words.MAV_CMD_COMPONENT_ARM_DISARM, number)
     assert conversation.hear(ack, 0.1) == []
     (end,) = conversation.time_passed(1.0)
-    assert isinstance(end, NotAnswered)
+    assert isinstance(end, NotConcluded)
     assert end.code == code
     assert end.message.startswith("arm: ")
 
@@ -149,7 +149,7 @@ def test_a_command_in_progress_is_waited_for_and_tells_how_far_it_is() -> None:
         TellProgress(40, 100, "being carried out")
     ]
     assert conversation.time_passed(15.0) == []
-    assert conversation.hear(mav.command_ack_encode(400, 0), 16.0) == [Answered([])]
+    assert conversation.hear(mav.command_ack_encode(400, 0), 16.0) == [Concluded([])]
 
 
 def test_an_answer_to_another_command_is_none() -> None:
@@ -192,7 +192,7 @@ def test_a_half_is_no_whole_number_and_what_is_kept_is_told() -> None:
     kept.param_id = "RTL_ALT"
     conversation.hear(kept, 0.1)
     (end,) = conversation.hear(kept, 0.2)
-    assert end == NotAnswered("mavlink.not_set", "RTL_ALT stays 5: the vehicle did not take 7; see its log")
+    assert end == NotConcluded("mavlink.not_set", "RTL_ALT stays 5: the vehicle did not take 7; see its log")
 
 
 def test_an_unknown_parameter_is_asked_for_and_given_up() -> None:
@@ -240,7 +240,7 @@ def test_a_mission_comes_down_as_it_went_up() -> None:
 
 def test_a_vehicle_without_room_says_so() -> None:
     told = refusal(Talk(UploadMission(steps(300)), FakeAutopilot()))
-    assert told == NotAnswered("mavlink.mission_refused", "the vehicle refuses the mission: no space")
+    assert told == NotConcluded("mavlink.mission_refused", "the vehicle refuses the mission: no space")
 
 
 def test_an_acknowledgement_of_an_earlier_exchange_ends_nothing() -> None:
@@ -248,7 +248,7 @@ def test_an_acknowledgement_of_an_earlier_exchange_ends_nothing() -> None:
     conversation.begin(0.0)
     assert conversation.hear(mav.mission_ack_encode(255, 190, 0), 0.1) == []
     assert len(conversation.hear(mav.mission_request_encode(255, 190, 1), 0.2)) == 2
-    assert conversation.hear(mav.mission_ack_encode(255, 190, 0), 0.3) == [Answered(2)]
+    assert conversation.hear(mav.mission_ack_encode(255, 190, 0), 0.3) == [Concluded(2)]
 
 
 def test_a_request_for_an_item_that_there_is_not_breaks_it_off() -> None:
@@ -256,7 +256,7 @@ def test_a_request_for_an_item_that_there_is_not_breaks_it_off() -> None:
     conversation.begin(0.0)
     first, end = conversation.hear(words.MAVLink(None).mission_request_int_encode(255, 190, 2), 0.1)
     assert isinstance(first, SendMessage)
-    assert isinstance(end, NotAnswered)
+    assert isinstance(end, NotConcluded)
 
 
 def test_cancelling_tells_the_vehicle() -> None:
@@ -271,18 +271,18 @@ def test_cancelling_tells_the_vehicle() -> None:
 def test_over_a_link_that_loses_a_tenth_everything_ends_one_way_or_the_other_and_is_true(seed: int) -> None:
     autopilot, loses = FakeAutopilot(), losing(seed, 0.1)
     up = Talk(UploadMission(steps(12)), autopilot, loses)
-    if isinstance(up.end, Answered):
+    if isinstance(up.end, Concluded):
         assert len(autopilot.mission.items) == 12
     down = Talk(DownloadMission(), autopilot, loses)
-    if isinstance(down.end, Answered):
+    if isinstance(down.end, Concluded):
         assert len(down.end.result) == len(autopilot.mission.items)
     listed = Talk(ListParameters(bytewise=False), autopilot, loses)
     assert up.end is not None
     assert down.end is not None
-    if isinstance(listed.end, Answered):
+    if isinstance(listed.end, Concluded):
         assert [one.name for one in listed.end.result] == list(autopilot.parameters.values)
 
 
 def test_over_such_a_link_nearly_everything_arrives() -> None:
     ends = [Talk(UploadMission(steps(12)), FakeAutopilot(), losing(seed, 0.1)).end for seed in range(20)]
-    assert sum(isinstance(end, Answered) for end in ends) >= 18
+    assert sum(isinstance(end, Concluded) for end in ends) >= 18

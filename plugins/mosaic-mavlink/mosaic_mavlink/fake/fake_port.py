@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable
 
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
+from mosaic_mavlink.link.address import Source
 from mosaic_mavlink.link.codec import Codec
-from mosaic_mavlink.link.ports import Source, UdpPort
+from mosaic_mavlink.link.ports import UdpPort
 
 STEP_S = 0.02
 JOIN_S = 1.0

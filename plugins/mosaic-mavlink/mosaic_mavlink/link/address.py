@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias, cast
 
 Transport: TypeAlias = Literal["udpin", "udpout", "tcp", "serial", "fake"]
+Source: TypeAlias = tuple[Any, ...] | None
+"""Where bytes came from; ``None`` where there is only one other end."""
 FAKE_KINDS = ("copter", "px4", "rover")
 SPELLINGS = (
     "udpin:0.0.0.0:14550 (listen), udpout:192.168.4.1:14550 (send first), tcp:127.0.0.1:5760, /dev/ttyACM0 or COM3 "

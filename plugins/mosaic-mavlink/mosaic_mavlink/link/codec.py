@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_mavlink.link.ports import Source
+from mosaic_mavlink.link.address import Source
 
 Dialect: TypeAlias = Literal["ardupilotmega", "common", "all", "development", "cubepilot", "storm32", "ASLUAV"]
 SIGNING_EPOCH_S = 1_420_070_400

@@ -17,9 +17,10 @@ from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.words.errors import DeviceGone
-from mosaic_mavlink.link.address import LinkAddress, link_address
+from mosaic_mavlink.link.address import LinkAddress, Source, link_address
 from mosaic_mavlink.link.codec import Codec, signing_key
-from mosaic_mavlink.link.ports import Port, Source, opened_port
+from mosaic_mavlink.link.opening import opened_port
+from mosaic_mavlink.link.ports import Port
 from mosaic_mavlink.link.vehicle import Outgoing, Vehicle
 from mosaic_mavlink.params import VehicleParams
 
@@ -47,7 +48,7 @@ class MavlinkLink:
         self.url = params.url
         self.own_system_id = params.own_system_id
         self.now_s = clock
-        self._params = params
+        self.params = params
         self._opens = opens
         self._codec = self._fresh_codec()
         self._vehicles: dict[tuple[int, int], Vehicle] = {}
@@ -71,12 +72,12 @@ class MavlinkLink:
         url = params.url
         link = shared.get(f"mosaic-mavlink:{url}", lambda: cls(params))
         for name in ("baud", "own_system_id", "own_component_id", "dialect", "signing_key"):
-            if getattr(link._params, name) != getattr(params, name):
+            if getattr(link.params, name) != getattr(params, name):
                 raise ValueError(f"{name} differs from that of another connector on {url}; one link has one {name}")
         return link
 
     def _fresh_codec(self) -> Codec:
-        one = self._params
+        one = self.params
         return Codec(
             one.dialect, one.own_system_id, one.own_component_id, signing_key(one.signing_key.get_secret_value())
         )
@@ -166,7 +167,7 @@ class MavlinkLink:
     def open(self) -> bool:
         """Open the port; ``False`` where it can't be, and the reason is kept for :meth:`require`."""
         try:
-            port = self._opens(link_address(self.url), self._params.baud)
+            port = self._opens(link_address(self.url), self.params.baud)
         except DeviceGone as error:
             self._error = error
             return False

@@ -1,4 +1,4 @@
-"""Opens what carries the bytes of a link: UDP, TCP or a serial line. Each port is read by the link's thread alone, and
+"""What carries the bytes of a link: UDP, TCP or a serial line. Each port is read by the link's thread alone, and
 written by any; what can't be written at once is left out, as on a radio.
 """
 
@@ -7,13 +7,9 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
-from typing import Any, Protocol, TypeAlias
+from typing import Protocol
 
-from mosaic_core.words.errors import DeviceGone
-from mosaic_mavlink.link.address import LinkAddress
-
-Source: TypeAlias = tuple[Any, ...] | None
-"""Where bytes came from; ``None`` where there is only one other end."""
+from mosaic_mavlink.link.address import Source
 
 CONNECT_TIMEOUT_S = 2.0
 MAX_READ_BYTES = 65_536
@@ -116,40 +112,3 @@ class SerialPort:
 
     def close(self) -> None:
         self._line.close()
-
-
-def opened_port(address: LinkAddress, baud: int) -> Port:
-    """Open the port of ``address``. Blocks for 2 s at most. Raises :class:`DeviceGone` that names it and the cure."""
-    try:
-        return _opened(address, baud)
-    except (OSError, ValueError) as error:  # pyserial's errors are OSErrors, or ValueError for an impossible baud
-        where = f"{address.host}:{address.port}" if address.port else address.host
-        reason = getattr(error, "strerror", None) or str(error)
-        raise DeviceGone(
-            f"the MAVLink link {address.transport} {where} can't be opened: {reason}", _CURES[address.transport]
-        ) from error
-
-
-_CURES = {
-    "udpin": "see whether another ground station listens on this port",
-    "udpout": "check host name and network",
-    "tcp": "start the simulator or bridge that listens there",
-    "serial": "plug it in, see who else has it open, and whether this account is in the group dialout",
-    "fake": "free a UDP port of this machine",
-}
-
-
-def _opened(address: LinkAddress, baud: int) -> Port:
-    match address.transport:
-        case "udpin":
-            return UdpPort((address.host, address.port), None)
-        case "udpout":
-            return UdpPort(None, (address.host, address.port))
-        case "tcp":
-            return TcpPort(address.host, address.port)
-        case "serial":
-            return SerialPort(address.host, baud)
-        case "fake":
-            from mosaic_mavlink.fake.fake_port import FakePort
-
-            return FakePort(address.host)

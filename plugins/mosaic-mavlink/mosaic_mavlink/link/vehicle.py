@@ -72,7 +72,7 @@ class _Stream:
 
 
 @dataclass(slots=True, eq=False)
-class Inbox:
+class HeardMessages:
     """What somebody waits for: messages of some kinds, bounded; what finds no room is lost."""
 
     kinds: frozenset[str]
@@ -109,7 +109,7 @@ class Vehicle:
         self.rates = WantedRates()
         self.facts: VehicleFacts | None = None
         self._latest: dict[str, Heard] = {}
-        self._inboxes: tuple[Inbox, ...] = ()
+        self._inboxes: tuple[HeardMessages, ...] = ()
         self._insistence: _Insistence | None = None
         self._stream: _Stream | None = None
         self._lock = threading.Lock()
@@ -192,9 +192,9 @@ class Vehicle:
         return self._latest.get(key)
 
     @contextmanager
-    def listening(self, kinds: Iterable[str]) -> Iterator[Inbox]:
+    def listening(self, kinds: Iterable[str]) -> Iterator[HeardMessages]:
         """Collect messages of these kinds from now on."""
-        inbox = Inbox(frozenset(kinds))
+        inbox = HeardMessages(frozenset(kinds))
         with self._lock:
             self._inboxes = (*self._inboxes, inbox)
         try:

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as words
 from mosaic_mavlink.link.codec import named
 from mosaic_mavlink.link.status_texts import printable
 from mosaic_mavlink.link.vehicle import Outgoing, command_message
-from mosaic_mavlink.requests.conversation import Answered, Conversation, Effect, NotAnswered, TellProgress
+from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, TellProgress
 
 REASON_S = 0.6
 """ArduPilot tells why it does not arm in texts, shortly before or after it refuses."""
@@ -53,7 +53,7 @@ class CommandConversation(Conversation):
         if message.command != self._command or self._refused is not None:
             return []
         if message.result == words.MAV_RESULT_ACCEPTED:
-            return [Answered(list(self._texts))]
+            return [Concluded(list(self._texts))]
         if message.result == words.MAV_RESULT_IN_PROGRESS:
             self._count = self.attempts
             self.deadline_s = now_s + WORK_PATIENCE_S
@@ -69,4 +69,4 @@ class CommandConversation(Conversation):
         unknown = ("mavlink.failed", f"the vehicle answers {named('MAV_RESULT', self._refused)}")
         code, said = _WORDS.get(self._refused, unknown)
         reasons = "; it says: " + "; ".join(dict.fromkeys(self._texts)) if self._texts else ""
-        return [NotAnswered(code, f"{self.what}: {said}{reasons}")]
+        return [NotConcluded(code, f"{self.what}: {said}{reasons}")]

@@ -28,21 +28,21 @@ class TellProgress:
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class Concluded:
     """It is over, with this result."""
 
     result: Any
 
 
 @dataclass(frozen=True, slots=True)
-class NotAnswered:
+class NotConcluded:
     """It is over: the vehicle refused or fell silent. ``code`` and ``message`` are for the operator."""
 
     code: str
     message: str
 
 
-Effect: TypeAlias = SendMessage | TellProgress | Answered | NotAnswered
+Effect: TypeAlias = SendMessage | TellProgress | Concluded | NotConcluded
 
 
 class Conversation(ABC):
@@ -83,7 +83,7 @@ class Conversation(ABC):
             return []
         if self._count >= self.attempts:
             message = f"the vehicle did not answer {self.what}, asked {self._count} times; look at the link"
-            return [NotAnswered("mavlink.no_answer", message)]
+            return [NotConcluded("mavlink.no_answer", message)]
         self._count += 1
         self.deadline_s = now_s + self.patience_s
         return [SendMessage(one) for one in self.repeated(self._count)]

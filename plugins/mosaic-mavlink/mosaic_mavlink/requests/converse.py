@@ -8,10 +8,10 @@ from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.request_handler import Request
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.requests.conversation import (
-    Answered,
+    Concluded,
     Conversation,
     Effect,
-    NotAnswered,
+    NotConcluded,
     SendMessage,
     TellProgress,
 )
@@ -26,7 +26,7 @@ def conversed(contact: VehicleContact, conversation: Conversation, request: Requ
         effects = conversation.begin(contact.now_s())
         while True:
             for effect in effects:
-                if isinstance(effect, Answered):
+                if isinstance(effect, Concluded):
                     return effect.result
                 _carry_out(contact, effect, request)
             if request.is_cancelled:
@@ -49,5 +49,5 @@ def _carry_out(contact: VehicleContact, effect: Effect, request: Request) -> Non
         case TellProgress(done, total, said):
             told = {"done": done, "total": total, "said": said or None}
             request.progress({key: value for key, value in told.items() if value is not None})
-        case NotAnswered(code, message):
+        case NotConcluded(code, message):
             raise Refused(code, message)

@@ -10,10 +10,10 @@ from pymavlink.dialects.v20 import ardupilotmega as words
 from mosaic_mavlink.link.codec import named
 from mosaic_mavlink.link.vehicle import Outgoing
 from mosaic_mavlink.requests.conversation import (
-    Answered,
+    Concluded,
     Conversation,
     Effect,
-    NotAnswered,
+    NotConcluded,
     SendMessage,
     TellProgress,
 )
@@ -62,10 +62,10 @@ def read_step(message: Any) -> MissionStep:
 
 def _refusal(result: int) -> list[Effect]:
     if result == words.MAV_MISSION_OPERATION_CANCELLED:
-        return [NotAnswered("mavlink.mission_refused", "the vehicle broke it off; another ground station may be at it")]
+        return [NotConcluded("mavlink.mission_refused", "the vehicle broke it off; does another ground station ask?")]
     said = named("MAV_MISSION_RESULT", result)
     text = said.removeprefix("mav_mission_").replace("_", " ")
-    return [NotAnswered("mavlink.mission_refused", f"the vehicle refuses the mission: {text}")]
+    return [NotConcluded("mavlink.mission_refused", f"the vehicle refuses the mission: {text}")]
 
 
 class UploadMission(Conversation):
@@ -97,7 +97,7 @@ class UploadMission(Conversation):
             return _refusal(result)
         if self._handed_over < len(self._steps):
             return []  # of an earlier exchange
-        return [Answered(len(self._steps))]
+        return [Concluded(len(self._steps))]
 
     def cancel(self) -> list[Effect]:
         return [SendMessage(CANCELLED)]
@@ -133,13 +133,13 @@ class DownloadMission(Conversation):
         if self._total is not None:
             return []
         if total > MAX_ITEMS:
-            return [SendMessage(CANCELLED), NotAnswered("mavlink.too_many", f"the mission has {total} items")]
+            return [SendMessage(CANCELLED), NotConcluded("mavlink.too_many", f"the mission has {total} items")]
         self._total = total
         return self._next(now_s)
 
     def _next(self, now_s: float) -> list[Effect]:
         if len(self._steps) == self._total:
-            return [SendMessage(("mission_ack", {"type": words.MAV_MISSION_ACCEPTED})), Answered(list(self._steps))]
+            return [SendMessage(("mission_ack", {"type": words.MAV_MISSION_ACCEPTED})), Concluded(list(self._steps))]
         return self.say(now_s, ("mission_request_int", {"seq": len(self._steps)}))
 
     def cancel(self) -> list[Effect]:
@@ -156,4 +156,4 @@ class ClearMission(Conversation):
         return self.say(now_s, ("mission_clear_all", {}))
 
     def hear(self, message: Any, now_s: float) -> list[Effect]:
-        return [Answered(0)] if message.type == words.MAV_MISSION_ACCEPTED else _refusal(message.type)
+        return [Concluded(0)] if message.type == words.MAV_MISSION_ACCEPTED else _refusal(message.type)

@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.link.status_texts import printable
 from mosaic_mavlink.link.vehicle import Outgoing
-from mosaic_mavlink.requests.conversation import Answered, Conversation, Effect, NotAnswered, TellProgress
+from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, TellProgress
 
 MAX_PARAMETERS = 5000
 ASK_AT_ONCE = 10
@@ -86,7 +86,7 @@ class GetParameter(Conversation):
 
     def known(self, parameter: ParameterValue, now_s: float) -> list[Effect]:
         """The vehicle told the value."""
-        return [Answered([parameter])]
+        return [Concluded([parameter])]
 
 
 class SetParameter(GetParameter):
@@ -99,14 +99,14 @@ class SetParameter(GetParameter):
 
     def known(self, parameter: ParameterValue, now_s: float) -> list[Effect]:
         if math.isclose(parameter.value, self._value, rel_tol=SAME, abs_tol=SAME):
-            return [Answered([parameter])]
+            return [Concluded([parameter])]
         if self._is_set:
             kept = f"{self.name} stays {parameter.value:g}: the vehicle did not take {self._value:g}; see its log"
-            return [NotAnswered("mavlink.not_set", kept)]
+            return [NotConcluded("mavlink.not_set", kept)]
         try:
             value = written_value(self._value, parameter.number, bytewise=self.bytewise)
         except ValueError as error:
-            return [NotAnswered("mavlink.not_set", f"{self.name}: {error}")]
+            return [NotConcluded("mavlink.not_set", f"{self.name}: {error}")]
         self._is_set = True
         fields = {"param_id": self.name.encode(), "param_value": value, "param_type": parameter.number}
         return self.say(now_s, ("param_set", fields))
@@ -131,12 +131,12 @@ class ListParameters(Conversation):
         if message.param_index == UNNUMBERED or message.param_index in self._found:
             return []
         if message.param_count > MAX_PARAMETERS:
-            return [NotAnswered("mavlink.too_many", f"the vehicle has {message.param_count} parameters")]
+            return [NotConcluded("mavlink.too_many", f"the vehicle has {message.param_count} parameters")]
         self._found[message.param_index] = read_value(message, bytewise=self._bytewise)
         self._total, self._count = message.param_count, 1
         self.deadline_s = now_s + self.patience_s
         if len(self._found) >= message.param_count:
-            return [Answered([one for _, one in sorted(self._found.items())])]
+            return [Concluded([one for _, one in sorted(self._found.items())])]
         is_news = len(self._found) % PROGRESS_EVERY == 1
         return [TellProgress(len(self._found), self._total)] if is_news else []
 
