@@ -53,9 +53,8 @@ class Air:
 
     def shared(self) -> Shared:
         """What the connectors of a robot share, with this link in it."""
-        self.contact()
-        shared = Shared()
-        shared.get(f"mosaic-mavlink:{URL}", lambda: self.link)  # type: ignore[arg-type, return-value]
+        link, shared = self.contact().link, Shared()
+        shared.get(f"mosaic-mavlink:{URL}", lambda: link)
         return shared
 
     def _open(self, address: LinkAddress, baud: int) -> Air:

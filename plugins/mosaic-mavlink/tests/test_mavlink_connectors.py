@@ -85,7 +85,9 @@ def test_texts_are_told_once_in_order_and_what_was_forgotten_is_counted(air: Any
 
 
 def test_a_vehicle_that_is_away_is_a_device_that_is_gone(air: Any, copter: FakeAutopilot) -> None:
-    handlers = [build(one, params=URL, shared=air.shared()) for one in (MavlinkStateConfigurer, MavlinkLogConfigurer)]
+    handlers: list[Any] = [
+        build(one, params=URL, shared=air.shared()) for one in (MavlinkStateConfigurer, MavlinkLogConfigurer)
+    ]
     air.silent.add(1)
     air.pass_time(4.0)
     for handler in handlers:
@@ -97,10 +99,10 @@ def test_a_vehicle_that_is_away_is_a_device_that_is_gone(air: Any, copter: FakeA
     ("question", "reason"),
     [
         ({"action": "mode"}, "needs a mode"),
-        ({"action": "takeoff"}, "needs altitude_m"),
+        ({"action": "takeoff"}, "needs an altitude_m"),
         ({"action": "arm", "forced": True}, "only with a reason"),
         ({"action": "land", "forced": True, "reason": "because"}, "only arm and disarm"),
-        ({"action": "takeoff", "altitude_m": -3}, "greater than 0"),
+        ({"action": "takeoff", "altitude_m": -3}, "greater than or equal to 0"),
         ({"action": "kill"}, "'arm', 'disarm'"),
     ],
 )
@@ -186,7 +188,9 @@ async def test_parameters_and_missions_are_answered_and_refusals_have_words() ->
         await ask("parameters", {"action": "set", "name": "RTL_ALT", "value": 2000})
         (got,) = (await ask("parameters", {"action": "get", "name": "RTL_ALT"}))["parameters"]
         assert got == {"name": "RTL_ALT", "value": 2000.0, "whole": True}
-        items = [{"latitude": 47.4, "longitude": 8.5 + at / 100, "altitude_m": 20} for at in range(3)]
+        items: list[dict[str, Any]] = [
+            {"latitude": 47.4, "longitude": 8.5 + at / 100, "altitude_m": 20} for at in range(3)
+        ]
         items.append({"command": "NAV_RETURN_TO_LAUNCH", "frame": "mission"})
         up = await ask("mission", {"action": "upload", "items": items}, on_progress=told.append)
         down = await ask("mission", {"action": "download"})

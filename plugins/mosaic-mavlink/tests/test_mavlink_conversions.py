@@ -73,7 +73,8 @@ def test_a_fix_and_none() -> None:
     fix = gps_of(made("GPS_RAW_INT", vel=250, cog=9000), STAMP_US)
     assert (fix.latitude, fix.longitude, fix.altitude) == (47.3977, 8.5456, 488.0)
     assert (fix.fix, fix.satellites, fix.hdop, fix.accuracy_m) == ("gps", 10, 1.21, 1.8)
-    assert (fix.speed_mps, fix.course_rad) == (2.5, pytest.approx(math.pi / 2))
+    assert fix.speed_mps == 2.5
+    assert fix.course_rad == pytest.approx(math.pi / 2)
     none = gps_of(made("GPS_RAW_INT", fix_type=0, satellites_visible=255, eph=0xFFFF, epv=0xFFFF), STAMP_US)
     assert (none.latitude, none.longitude, none.altitude, none.fix) == (None, None, None, "none")
     assert (none.satellites, none.hdop, none.vdop, none.speed_mps) == (None, None, None, None)
@@ -82,7 +83,12 @@ def test_a_fix_and_none() -> None:
 def test_the_cells_of_a_battery_add_up_and_what_is_unknown_is_none() -> None:
     full = battery_of(made("BATTERY_STATUS"), STAMP_US)
     assert (full.percent, full.voltage_v, full.current_a, full.temperature_c) == (87.0, 16.0, 12.5, 25.1)
-    unknown = {"battery_remaining": -1, "voltages": [0xFFFF] * 10, "current_battery": -1, "temperature": 0x7FFF}
+    unknown: dict[str, Any] = {
+        "battery_remaining": -1,
+        "voltages": [0xFFFF] * 10,
+        "current_battery": -1,
+        "temperature": 0x7FFF,
+    }
     empty = battery_of(made("BATTERY_STATUS", **unknown, charge_state=7), STAMP_US)
     assert (empty.percent, empty.voltage_v, empty.current_a, empty.temperature_c) == (None, None, None, None)
     assert empty.charging

@@ -33,7 +33,8 @@ OFFBOARD_FOR_S = 30.0
 BELIEVED_AFTER_S = 3.0
 LOOK_S = 0.02
 NO_NUMBER = math.nan
-Action = Literal["arm", "disarm", "mode", "takeoff", "hold", "land", "rtl", "reboot"]
+Action = Literal["hold", "land", "rtl", "mode", "arm", "disarm", "takeoff", "reboot"]
+"""The first is what a form offers: it must harm nobody."""
 
 
 class VehicleCommand(Message):
@@ -41,7 +42,7 @@ class VehicleCommand(Message):
 
     action: Action
     mode: str = Field(default="", max_length=32, description="For `mode`: its name, such as GUIDED.")
-    altitude_m: float | None = Field(default=None, gt=0, le=500, description="For `takeoff`: above the ground.")
+    altitude_m: float = Field(default=0.0, ge=0, le=500, description="For `takeoff`: above the ground.")
     forced: bool = Field(
         default=False, description="For `arm` and `disarm`: against the vehicle's own checks. In flight it falls."
     )
@@ -51,8 +52,8 @@ class VehicleCommand(Message):
     def _is_whole(self) -> Self:
         if self.action == "mode" and not self.mode:
             raise ValueError("the action mode needs a mode, such as GUIDED")
-        if self.action == "takeoff" and self.altitude_m is None:
-            raise ValueError("the action takeoff needs altitude_m")
+        if self.action == "takeoff" and self.altitude_m == 0.0:
+            raise ValueError("the action takeoff needs an altitude_m above 0")
         if self.forced and (self.action not in ("arm", "disarm") or len(self.reason.strip()) < 3):
             raise ValueError("only arm and disarm can be forced, and only with a reason")
         return self
@@ -83,7 +84,7 @@ class MavlinkCommand(RequestHandler[VehicleCommand, CommandDone]):
             case "arm" | "disarm":
                 return self._arm(question, request)
             case "takeoff":
-                return self._take_off(question.altitude_m or 0.0, facts, request)
+                return self._take_off(question.altitude_m, facts, request)
             case "reboot":
                 numbers = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
                 return self._do("reboot", words.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, numbers, request)

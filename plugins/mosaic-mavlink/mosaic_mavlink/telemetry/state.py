@@ -8,7 +8,7 @@ from pydantic import Field
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import Message, unit
-from mosaic_core.messages import Diagnostic, wall_time_us
+from mosaic_core.messages import Diagnostic
 from mosaic_mavlink.link.codec import named
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import modes_of
@@ -37,7 +37,6 @@ class VehicleState(Message):
     vehicle_type: str = Field(description="Such as quadrotor or ground_rover.")
     modes: list[str] = Field(description="The modes that may be asked for.")
     heartbeat_age_s: float = Field(json_schema_extra=unit("s"), description="Since it last beat.")
-    timestamp: int | None = Field(default=None, ge=0, json_schema_extra=unit("µs"))
 
 
 class MavlinkState(Telemetry[VehicleState]):
@@ -60,7 +59,6 @@ class MavlinkState(Telemetry[VehicleState]):
             vehicle_type=facts.vehicle_type,
             modes=list(modes_of(facts.kind)),
             heartbeat_age_s=round(max(0.0, self.contact.now_s() - facts.heard_at_s), 3),
-            timestamp=wall_time_us(),
         )
 
 
