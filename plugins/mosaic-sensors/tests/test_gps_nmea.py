@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-import mosaic_sensors.nmea_source
+import mosaic_sensors.byte_source
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_sensors.gps_nmea import GpsNmea, GpsNmeaConfigurer
@@ -45,7 +45,7 @@ def track(tmp_path: Path) -> str:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reads that come back soon: the fake clock decides how long a silence is."""
-    monkeypatch.setattr(mosaic_sensors.nmea_source, "READ_TIMEOUT_S", 0.01)
+    monkeypatch.setattr(mosaic_sensors.byte_source, "READ_TIMEOUT_S", 0.01)
 
 
 def test_a_recording_is_played_at_its_pace(track: str) -> None:
@@ -153,14 +153,14 @@ def receiver() -> Iterator[tuple[int, str]]:
 @pytest.fixture
 def speaking(receiver: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> str:
     """A receiver that speaks once our port is open; opening throws away what came before."""
-    really_open = mosaic_sensors.nmea_source.serial.Serial
+    really_open = mosaic_sensors.byte_source.serial.Serial
 
     def opening(*arguments: Any, **options: Any) -> Any:
         port = really_open(*arguments, **options)
         os.write(receiver[0], b"half a line\r\n" + RMC + GGA)
         return port
 
-    monkeypatch.setattr(mosaic_sensors.nmea_source.serial, "Serial", opening)
+    monkeypatch.setattr(mosaic_sensors.byte_source.serial, "Serial", opening)
     return receiver[1]
 
 
