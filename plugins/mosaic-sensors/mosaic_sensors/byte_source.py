@@ -1,10 +1,10 @@
-"""Reads NMEA lines from where they come: a serial port or a TCP server. A read returns in time for a stop to be
-noticed."""
+"""Reads bytes from where they come, and writes them there: a serial port, a TCP server, or a device that is made up.
+A read returns in time for a stop to be noticed, a write in time for a safe action."""
 
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 from urllib.parse import urlsplit
@@ -15,12 +15,21 @@ READ_TIMEOUT_S = 0.2
 """Longest read without data; a handler has 1.5 s to stop."""
 CONNECT_TIMEOUT_S = 1.0
 """A dead address must not keep the robot from stopping; the runner tries again anyway."""
+WRITE_TIMEOUT_S = 0.2
+"""A line that takes nothing any more must not hold up whoever makes the robot safe."""
 READ_BYTES = 4096
+FAKE = "fake"
+"""The source that is a device made up, to try a connector without one."""
 
 
 class ByteSource(Protocol):
     def read(self) -> bytes:
         """What has arrived; empty after ``READ_TIMEOUT_S`` of silence. Raises :class:`OSError` when it is lost."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Hand all of ``data`` over. Raises :class:`OSError` when it is lost, or takes nothing for
+        ``WRITE_TIMEOUT_S``. Any thread, one at a time."""
         ...
 
 
@@ -30,6 +39,9 @@ class SerialSource:
 
     def read(self) -> bytes:
         return self._port.read(max(1, min(self._port.in_waiting, READ_BYTES)))
+
+    def write(self, data: bytes) -> None:
+        self._port.write(data)
 
 
 class TcpSource:
@@ -44,6 +56,31 @@ class TcpSource:
         if not data:
             raise ConnectionError("the other side closed the connection")
         return data
+
+    def write(self, data: bytes) -> None:
+        self._connection.sendall(data)
+
+
+class FakeSource:
+    """Says ``pieces``: each a pause in seconds and the bytes after it. ``pause`` is the handler's, so that a stop ends
+    it and tests wait for nobody. ``hears`` gets what is written."""
+
+    def __init__(
+        self,
+        pieces: Iterator[tuple[float, bytes]],
+        pause: Callable[[float], bool],
+        hears: Callable[[bytes], None] = lambda data: None,
+    ) -> None:
+        self._pieces = pieces
+        self._pause = pause
+        self._hears = hears
+
+    def read(self) -> bytes:
+        pause_s, data = next(self._pieces)
+        return b"" if self._pause(pause_s) else data
+
+    def write(self, data: bytes) -> None:
+        self._hears(data)
 
 
 def tcp_address(source: str) -> tuple[str, int]:
@@ -62,6 +99,15 @@ def is_serial(source: str) -> bool:
     return source.startswith(("/dev/", "COM"))
 
 
+def live_source(source: str) -> str:
+    """``source`` itself, if it names something that can be opened. Raises :class:`ValueError` that says what could."""
+    if is_tcp(source):
+        tcp_address(source)
+    elif not is_serial(source) and source != FAKE:
+        raise ValueError(f"{source!r} is no source; write a serial port (/dev/ttyUSB0), tcp://host:port, or {FAKE}")
+    return source
+
+
 @contextmanager
 def opened(source: str, baud: int) -> Iterator[ByteSource]:
     """The open source. Raises :class:`OSError` (:class:`serial.SerialException` is one) if it can't be opened."""
@@ -70,5 +116,7 @@ def opened(source: str, baud: int) -> Iterator[ByteSource]:
             connection.settimeout(READ_TIMEOUT_S)
             yield TcpSource(connection)
     else:
-        with serial.Serial(source, baudrate=baud, timeout=READ_TIMEOUT_S) as port:
+        with serial.Serial(
+            source, baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S, exclusive=True
+        ) as port:  # exclusive: of two readers each would get a part of the bytes
             yield SerialSource(port)

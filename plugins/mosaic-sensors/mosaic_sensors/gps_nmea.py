@@ -16,9 +16,10 @@ from mosaic_core.contract.params import Params, unit
 from mosaic_core.messages import GpsFix, wall_time_us
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import DeviceGone
-from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
 from mosaic_sensors.byte_source import is_serial, is_tcp, opened, tcp_address
-from mosaic_sensors.nmea_stream import Lines, Pace
+from mosaic_sensors.lines import Lines
+from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
+from mosaic_sensors.nmea_stream import Pace
 
 _log = logging.getLogger(__name__)
 

@@ -1,4 +1,4 @@
-"""A stream of bytes to lines, and a recording to its own pace. Pure."""
+"""Plays a recording at its own pace. Pure."""
 
 from __future__ import annotations
 
@@ -6,26 +6,11 @@ from dataclasses import dataclass
 from datetime import time
 from typing import Any
 
-MAX_LINE_BYTES = 1024
-"""NMEA 0183 allows 82; receivers exceed it with proprietary sentences."""
 UNTIMED_EPOCH_S = 1.0
 """A receiver without a fix has no time either, and speaks once a second."""
 MAX_GAP_S = 5.0
 """A gap in a recording is not waited out; this also bounds a time that jumps back."""
 DAY_S = 86_400.0
-
-
-@dataclass(slots=True)
-class Lines:
-    """Cuts a stream of bytes into lines; what grows longer than a line may be is thrown away."""
-
-    _rest: bytes = b""
-
-    def feed(self, data: bytes) -> list[bytes]:
-        *whole, self._rest = (self._rest + data).split(b"\n")
-        if len(self._rest) > MAX_LINE_BYTES:
-            self._rest = b""
-        return [line for line in whole if line.strip()]
 
 
 @dataclass(slots=True)

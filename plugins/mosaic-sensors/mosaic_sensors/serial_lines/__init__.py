@@ -1,0 +1,1 @@
+"""Devices on a serial line that speak in lines: JSON or text, and take commands as lines."""
