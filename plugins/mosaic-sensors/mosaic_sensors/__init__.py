@@ -1,1 +1,1 @@
-"""Sensors for MOSAIC: host load, GPS (NMEA) and JSON from any process."""
+"""Sensors for MOSAIC: host load, GPS, laser scanners, point clouds, devices on serial lines, JSON from any process."""

@@ -3,6 +3,7 @@ A read returns in time for a stop to be noticed, a write in time for a safe acti
 
 from __future__ import annotations
 
+import errno
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -32,6 +33,10 @@ class ByteSource(Protocol):
         ``WRITE_TIMEOUT_S``. Any thread, one at a time."""
         ...
 
+    def set_dtr(self, is_on: bool) -> None:
+        """Switch the line DTR, where there is one. Raises :class:`OSError` when the port is lost."""
+        ...
+
 
 class SerialSource:
     def __init__(self, port: serial.Serial) -> None:
@@ -42,6 +47,13 @@ class SerialSource:
 
     def write(self, data: bytes) -> None:
         self._port.write(data)
+
+    def set_dtr(self, is_on: bool) -> None:
+        try:
+            self._port.dtr = is_on
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTTY):  # a pseudo terminal, or a cable of three wires
+                raise
 
 
 class TcpSource:
@@ -59,6 +71,9 @@ class TcpSource:
 
     def write(self, data: bytes) -> None:
         self._connection.sendall(data)
+
+    def set_dtr(self, is_on: bool) -> None:
+        """A connection has none."""
 
 
 class FakeSource:
@@ -81,6 +96,9 @@ class FakeSource:
 
     def write(self, data: bytes) -> None:
         self._hears(data)
+
+    def set_dtr(self, is_on: bool) -> None:
+        """What is made up has none."""
 
 
 def tcp_address(source: str) -> tuple[str, int]:

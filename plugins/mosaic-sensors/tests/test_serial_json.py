@@ -188,6 +188,9 @@ class Jammed:
             raise TimeoutError(f"nothing taken for {WRITE_TIMEOUT_S} s")
         self.taken.append(data)
 
+    def set_dtr(self, is_on: bool) -> None:
+        """It has none."""
+
 
 def test_a_line_that_takes_nothing_is_lost_and_the_safe_action_does_not_raise() -> None:
     line, link = Jammed(), LineLink(b"safe")

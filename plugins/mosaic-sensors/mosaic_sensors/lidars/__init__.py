@@ -1,0 +1,1 @@
+"""Turning laser scanners on a serial line."""
