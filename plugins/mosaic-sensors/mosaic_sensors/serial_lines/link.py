@@ -45,13 +45,13 @@ class LineLink:
                     with suppress(OSError):  # a line that is lost takes none; opening it again repeats it
                         source.write(b"\n" + self._safe_line + b"\n")
 
-    def write(self, line: bytes) -> None:
-        """Say ``line``. Receiver's thread. Raises :class:`Refused` (``plugin.no_device``) while the line is away."""
+    def write(self, data: bytes) -> None:
+        """Say ``data``. Receiver's thread. Raises :class:`Refused` (``plugin.no_device``) while the line is away."""
         with self._lock:
             if self._source is None:
                 raise Refused("plugin.no_device", "the line isn't open; trying again")
             try:
-                self._source.write(line + b"\n")
+                self._source.write(data)
             except OSError as error:
                 self._source, self.failure = None, error
                 raise Refused("plugin.no_device", "the line took nothing; opening it again") from error
@@ -60,4 +60,4 @@ class LineLink:
         """Say the safe line, if there is one. Safety thread; waits at most for one write that hangs."""
         if self._safe_line is not None:
             with suppress(Refused):  # away: whatever is opened again begins with it
-                self.write(self._safe_line)
+                self.write(self._safe_line + b"\n")

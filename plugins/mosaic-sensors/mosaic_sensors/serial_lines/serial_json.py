@@ -100,7 +100,7 @@ class SerialJsonCommands(DataChannelReceivable[Any]):
 
     def handle_data(self, data: Message) -> None:
         """Receiver's thread."""
-        self._link.write(to_json(data.model_dump(mode="json")).encode())
+        self._link.write(to_json(data.model_dump(mode="json")).encode() + b"\n")
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""

@@ -75,7 +75,7 @@ class SerialTextCommands(DataChannelReceivable[TextCommand]):
 
     def handle_data(self, data: TextCommand) -> None:
         """Receiver's thread."""
-        self._link.write(data.line.encode())
+        self._link.write(data.line.encode() + b"\n")
 
 
 class SerialTextMotion(SerialTextCommands):
