@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -16,10 +17,13 @@ from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery, De
 
 ANSWER_WITHIN_S = 2.0
 LONGEST_ANSWER_BYTES = 256
+MADE_UP = "made-up"
 
 
 class PowerMeterParams(Params):
-    host: str = Field(description="Address of the instrument.", examples=["192.168.1.40"])
+    host: str = Field(
+        description="Address of the instrument. `made-up`: one that is not there, of 12 V.", examples=["192.168.1.40"]
+    )
     port: int = Field(default=5025, ge=1, le=65535, description="Port for SCPI; 5025 on most instruments.")
     period_s: float = Field(default=1.0, gt=0, description="Seconds between two readings.")
 
@@ -37,6 +41,10 @@ class PowerMeter(DataChannelSendable[Power]):
         self.params = params
 
     async def messages(self) -> AsyncIterator[Power]:
+        if self.params.host == MADE_UP:
+            async for _ in self.every(self.params.period_s):
+                yield Power(voltage_v=12.0, current_a=0.5)
+            return
         async with self._connected() as instrument:
             async for _ in self.every(self.params.period_s):
                 voltage_v, current_a = await instrument.ask(("MEAS:VOLT?", "MEAS:CURR?"))
@@ -81,6 +89,7 @@ class PowerMeterConfigurer(DataChannelConfigurer[PowerMeterParams]):
     """Voltage and current of an instrument that speaks SCPI."""
 
     connector_type = "power-meter"
+    trial: ClassVar[dict[str, Any] | None] = {"host": "made-up"}
 
     def configure(self) -> PowerMeter:
         return PowerMeter(self.label, self.params)

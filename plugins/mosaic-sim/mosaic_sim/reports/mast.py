@@ -116,6 +116,8 @@ class SimMastConfigurer(DataChannelConfigurer[SimMastParams]):
 
 class SimMastTarget(DataChannelReceivable[JointTarget]):
     requires_lease = True
+    timeout_s = 0.5
+    """A mast that is on its way when its operator falls silent stays where it is."""
     item_names: Sequence[str] = tuple(RANGES_RAD)
     limits: Mapping[str, FieldBounds] = {
         f"positions.{name}": FieldBounds(min=low, max=high) for name, (low, high) in RANGES_RAD.items()
