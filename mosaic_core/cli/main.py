@@ -17,6 +17,7 @@ from mosaic_core.words.errors import MosaicError
 
 COMMANDS = (
     ("run", "robot.run_options:app", "Run a robot: connect its connectors to operators until Ctrl+C."),
+    ("service", "robot.service_commands:app", "A robot that starts with its machine."),
     ("validate", "configuration.validate_command:validate", "Check a robot's YAML file: every mistake at once."),
     ("connectors", "configuration.connectors_commands:app", "The connector types that are installed."),
     ("config", "configuration.config_commands:app", "The robot's YAML file."),

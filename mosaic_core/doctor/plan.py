@@ -9,6 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from mosaic_core.contract.checks import CHECKS_GROUP, Check, CheckContext
+from mosaic_core.doctor.board_checks import board_checks
 from mosaic_core.doctor.code_checks import code_checks
 from mosaic_core.doctor.config_checks import config_checks, device_checks, read_config
 from mosaic_core.doctor.examination import CheckRun
@@ -70,6 +71,7 @@ class Plan:
             *([] if read is None else [CheckRun("config", lambda: config_checks(read))]),
             *([] if read is None else [CheckRun("code", lambda: code_checks(read))]),
             CheckRun("machine", machine_checks),
+            CheckRun("machine", board_checks),
             CheckRun("install", lambda: install_checks(self._resolver)),
             CheckRun("network", address_checks),
             CheckRun("server", self._server),
