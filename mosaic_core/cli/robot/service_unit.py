@@ -54,7 +54,9 @@ def _head(unit: ServiceUnit) -> list[str]:
     for name in unit.credentials:
         lines.append(f"# It reads a secret from {unit.secrets / name}: mode 600, of its owner alone.")
     if unit.variables:
-        lines.append(f"# It reads {', '.join(unit.variables)} from {unit.variables_file}: NAME=value, a line each, mode 600.")
+        lines.append(
+            f"# It reads {', '.join(unit.variables)} from {unit.variables_file}: NAME=value, a line each, mode 600."
+        )
     return lines
 
 

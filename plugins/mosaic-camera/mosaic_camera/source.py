@@ -24,7 +24,7 @@ NETWORK_TIMEOUT_MS = 5000
 """For opening and for each read of a URL; OpenCV's own default is 30 s."""
 FALLBACK_FPS = 30.0
 _CONTAINERS = {".mp4", ".m4v", ".mov", ".mkv", ".ts", ".m2ts", ".flv", ".h264", ".264", ".m3u8"}
-_STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt"}
+_STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt", "tcp", "udp"}
 
 
 class Source(Protocol):
