@@ -96,7 +96,8 @@ def configuration() -> str:
         "One YAML file. `mosaic config init` writes a commented one, `mosaic validate` checks it, and "
         "`mosaic config schema` prints a JSON Schema with the params of every installed connector for editors.",
         "",
-        "`${NAME}` reads the environment, `${file:/run/secrets/x}` a file, `$${` is a literal `${`. "
+        "`${NAME}` reads the environment, `${file:/run/secrets/x}` a file, `${credential:token}` a secret that systemd "
+        "gives to the service ([Run as a service](../howto/service.md)), `$${` is a literal `${`. "
         "YAML anchors and merge keys work, `&front` and `<<: *front`: what is written out beside them counts first. An "
         "anchor stands where it is used first, such as on a connector or its `params`; a key of its own for templates, "
         "such as `x-camera`, is an unknown key like any other.",

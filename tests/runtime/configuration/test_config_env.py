@@ -12,8 +12,10 @@ from mosaic_core.runtime.configuration.config_env import (
     MASK_CHARACTERS,
     MAX_SECRET_BYTES,
     Filled,
+    References,
     filled,
     masked,
+    references_in,
     unmasked,
 )
 
@@ -72,3 +74,21 @@ def test_masking_keeps_the_length_and_can_be_undone(text: str) -> None:
 
 def test_nothing_special_is_left_inside_a_masked_reference() -> None:
     assert MASK_CHARACTERS.sub("_", masked("{ a: ${file:/x, y} }")) == "{ a: $_file_/x__y_ }"
+
+
+def test_a_credential_is_read_from_the_folder_of_the_service(tmp_path: Path) -> None:
+    (tmp_path / "token").write_text("abc\n")
+    assert filled("${credential:token}", {"CREDENTIALS_DIRECTORY": str(tmp_path)}) == Filled("abc", True)
+    assert "can't be read" in filled("${credential:other}", {"CREDENTIALS_DIRECTORY": str(tmp_path)}).missing[0]
+    assert "services alone" in filled("${credential:token}", {}).missing[0]
+
+
+@pytest.mark.parametrize("name", ["", "..", "../token", "/etc/passwd", "a b", "a:b", "x" * 129])
+def test_a_credential_names_no_other_place(name: str, tmp_path: Path) -> None:
+    result = filled(f"${{credential:{name}}}", {"CREDENTIALS_DIRECTORY": str(tmp_path)})
+    assert "names no credential" in result.mistakes[0]
+
+
+def test_all_references_are_found_by_kind_and_once() -> None:
+    found = references_in(["${A}:${B}", "${credential:token} ${A}", "$${C} ${file:/x/y}"])
+    assert found == References(("A", "B"), ("token",), ("/x/y",))
