@@ -38,8 +38,11 @@ def lockstep(installed: Iterable[Distribution]) -> Finding:
 
 
 _FIRST_PARTY = frozenset(
-    f"{OUR_PREFIX}{name}" for name in ("core", "audio", "camera", "cmdvel", "recorder", "sensors", "server", "sim")
-)
+    f"{OUR_PREFIX}{name}"
+    for name in (
+        "core", "audio", "camera", "cmdvel", "i2c", "mavlink", "recorder", "ros2", "sensors", "server", "sim",
+    )
+)  # fmt: skip
 
 
 def _name_of(one: Distribution) -> str:

@@ -36,7 +36,6 @@ def test_the_file_of_the_cpp_library_is_read_as_it_is_but_for_what_has_no_plugin
     done = CliRunner().invoke(app, ["validate", str(tmp_path / "mosaic_config.yaml")])
     assert done.exit_code == 2
     assert re.findall(r"^error: (.+)", done.output, re.M) == [
-        "connectors[2].type: no connector type 'ros2-receiver-geometry-Twist'",
         "connectors[3].type: no connector type 'my-battery'",
     ]
 
