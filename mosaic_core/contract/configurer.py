@@ -131,8 +131,8 @@ class Configurer(ABC, Generic[P]):
     """``params`` to paste, shown by ``mosaic connectors show``; ``None``: made from the defaults."""
 
     trial: ClassVar[dict[str, Any] | None] = None
-    """``params`` with which it runs on any machine, with a device that is made up: ``mosaic plugin check`` runs it with
-    them. ``None``: those of the example."""
+    """``params`` with which it runs on any machine, with a device that is made up, on a port that is free (0):
+    ``mosaic plugin check`` runs it with them. ``None``: those of the example."""
 
     safety_model: ClassVar[type[SafetyConfig]] = SafetyConfig
     """What ``safety:`` of this connector may say; a subclass adds clamps with defaults."""

@@ -20,6 +20,8 @@ PERIOD_S = 0.05
 """Twenty commands a second, as a dashboard sends them."""
 BEGIN_S = 3.0
 """For the first command to be carried out; a device that is opened late has its own time."""
+GRACE_S = 1.0
+"""How much later than it must a lease may end on a busy machine; how late it was is an exercise of its own."""
 
 
 class CommandStream:
@@ -117,7 +119,8 @@ async def opened(
     who = await rig.operator(role)
     try:
         if holds and subject.safety.resource is not None:
-            await who.control.take(subject.safety.resource)
+            # Where the robot lost a commander before, whose lease lingers, this one is next.
+            await who.control.take(subject.safety.resource, wait_s=rig.lease_expiry_s + GRACE_S)
         stream = CommandStream(who, subject, subject.command.placed(lambda field: position_of(subject, field)))
         await stream.open()
         yield stream

@@ -10,6 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -20,6 +21,7 @@ from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.commands import NoCommand, moving_command
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import NotJudged
+from mosaic_core.ladder.shipment import MAX_FILES
 from mosaic_core.ladder.trial_run import entered, trial_run
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
@@ -36,6 +38,9 @@ BRIEF_S = 0.05
 """The same for each of many restarts."""
 SETTLE_S = 1.0
 """For threads that were told to end."""
+CALM_S = 0.06
+"""What has not changed for so long is not ending any more."""
+LOOK_S = 0.01
 _DEVICES = {"port", "device", "source", "path", "file", "camera_id"}
 
 
@@ -85,8 +90,14 @@ def _must_be_run(one: Examinee) -> None:
     one.handlers  # noqa: B018 - raises where there is none
     for file in one.shipment.code():
         with contextlib.suppress(OSError, SyntaxError, ValueError):
-            if any(blocking_lines(file.read_text("utf-8"))):
+            if _blocks(file.read_text("utf-8")):
                 raise NotJudged("it would block this program too: mend blocks-nothing first")
+
+
+@lru_cache(maxsize=MAX_FILES)
+def _blocks(code: str) -> bool:
+    """Asked of the same files for each connector of a distribution."""
+    return any(blocking_lines(code))
 
 
 async def leftovers(one: Examinee) -> list[str]:
@@ -111,14 +122,22 @@ async def _one_restart(one: Examinee) -> None:
 
 
 async def _settled(wanted: Counter[str] | None) -> Counter[str]:
-    """What is open now; while it is more than ``wanted``, what is told to end may still do so."""
-    ends_at_s = time.monotonic() + (SETTLE_S if wanted is not None else 0.2)
-    while True:
-        gc.collect()
-        found = Counter(_open_things())
-        if time.monotonic() > ends_at_s or (wanted is not None and not found - wanted):
-            return found
-        await asyncio.sleep(0.02)
+    """What is open once nothing ends any more; while it is more than ``wanted``, what is told to end may still do
+    so."""
+    gc.collect()
+    found, since_s = Counter(_open_things()), time.monotonic()
+    ends_at_s = since_s + SETTLE_S
+    while (now_s := time.monotonic()) < ends_at_s:
+        is_calm = now_s - since_s >= CALM_S
+        if not found - wanted if wanted is not None else is_calm:
+            break
+        await asyncio.sleep(LOOK_S)
+        if is_calm:
+            gc.collect()  # what ended meanwhile may have left circles behind
+        seen = Counter(_open_things())
+        if seen != found or is_calm:
+            found, since_s = seen, time.monotonic()
+    return found
 
 
 def _open_things() -> Iterator[str]:

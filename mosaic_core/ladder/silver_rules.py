@@ -4,6 +4,7 @@ motion."""
 from __future__ import annotations
 
 import ast
+import contextlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -31,6 +32,8 @@ DRILLED = (
     "safe-action", "silence", "disconnect", "leaves", "holds-position", "stop", "not-a-number", "out-of-range",
 )  # fmt: skip
 """The exercises that end one way or another by what a class declares. The rest is the framework's own."""
+DRILLED_TIMEOUT_S = 0.5
+"""The longest time-out that the exercises wait for: what a class does after it does not depend on how long it was."""
 
 
 def messages_are_typed(one: Examinee) -> Iterator[Fault]:
@@ -149,7 +152,13 @@ def _moving(one: Examinee) -> list[tuple[DataChannelReceivable[Any], ReceiverSaf
 
 async def passes_the_drill(one: Examinee) -> list[Fault]:
     kinds = {receiver.label: type(receiver) for receiver, _ in _moving(one)}
-    found = [finding async for finding in drill(one.configured(one.trial), only=DRILLED)]
+    configured = one.configured(one.trial)
+    for connector in configured.connectors:
+        for handler in connector.handlers:
+            if isinstance(handler, DataChannelReceivable) and handler.timeout_s is not None:
+                with contextlib.suppress(AttributeError):  # a property of its class: the drill waits
+                    handler.timeout_s = min(handler.timeout_s, DRILLED_TIMEOUT_S)
+    found = [finding async for finding in drill(configured, only=DRILLED)]
     return [
         Fault(f"{finding.exercise}: {finding.why}", place_of_class(kinds[finding.label]))
         for finding in found

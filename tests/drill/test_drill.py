@@ -231,6 +231,17 @@ async def test_a_time_out_between_two_commands_is_no_stop(monkeypatch: pytest.Mo
     assert "safe action did not run" in found.why
 
 
+class Patient(Sled):
+    """Waits for its commander for ever, as long as the link lives."""
+
+    timeout_s = None
+
+
+async def test_who_drills_after_a_link_died_waits_until_its_lease_has_ended() -> None:
+    found = await findings(sled(Patient), only=("disconnect", "leaves"))
+    assert {name: one.verdict for name, one in found.items()} == {"disconnect": "passed", "leaves": "passed"}
+
+
 async def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Fence, "refusal", lambda *asked: None)
     monkeypatch.setattr(Fence, "refusal_on_arrival", lambda *asked: None)

@@ -90,6 +90,7 @@ class UdpJsonConfigurer(DataChannelConfigurer[UdpJsonParams]):
 
     connector_type = "udp-json"
     example: ClassVar[dict[str, Any] | None] = {"port": 9000}
+    trial: ClassVar[dict[str, Any] | None] = {"port": 0}
 
     def configure(self) -> UdpJson:
         return UdpJson(self.label, self.params)

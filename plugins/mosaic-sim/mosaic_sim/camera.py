@@ -29,8 +29,10 @@ class SimCamera(MediaTrackHandler):
         self._renderer: Renderer | None = None
 
     def frames(self) -> Iterator[Captured]:
-        # Drawing the scenery once takes about half a second: kept from one watching to the next.
-        renderer = self._renderer = self._renderer or self._made_renderer()
+        renderer = self._renderer = self._renderer or self._made_renderer()  # its scenery is kept for the next watching
+        for _ in renderer.prepared():
+            if self.is_stopping:
+                return
         for _ in self.every(1.0 / self._params.fps):
             captured_at_s = self.monotonic_s()
             state = self._world.state

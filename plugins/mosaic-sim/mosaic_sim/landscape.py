@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,11 +28,15 @@ class Floor:
     height: NDArray[np.intp]
 
 
-def floor_of(room: Room, seed: int) -> Floor:
-    """Paving slabs with joints, the dock's green pad, and soft shadows at the foot of everything."""
+def floor_in_steps(room: Room, seed: int) -> Generator[None, None, Floor]:
+    """Paving slabs with joints, the dock's green pad, and soft shadows at the foot of everything. It is large: whoever
+    draws it may leave after each step."""
     image = _paving(room, np.random.default_rng([seed, 2]))
     _paint_dock(room, image)
-    image *= _shadows(room, (image.shape[0], image.shape[1]))[..., None]
+    yield
+    shadows = _shadows(room, (image.shape[0], image.shape[1]))
+    yield
+    image *= shadows[..., None]
     parts: list[Packed] = []
     starts, widths, heights = [], [], []
     for _ in range(LEVELS):
@@ -40,6 +45,7 @@ def floor_of(room: Room, seed: int) -> Floor:
         widths.append(image.shape[1])
         parts.append(packed(image).ravel())
         image = halved(image)
+        yield
     sizes = (np.asarray(column, dtype=np.intp) for column in (starts, widths, heights))
     return Floor(np.concatenate(parts), *sizes)
 

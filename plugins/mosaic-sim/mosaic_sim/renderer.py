@@ -7,12 +7,13 @@ One ray per column finds the surfaces; texels are gathered as packed ``uint32`` 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mosaic_core.contract.media import Image
-from mosaic_sim.landscape import TEXELS_PER_M, floor_of, panorama_of
+from mosaic_sim.landscape import TEXELS_PER_M, floor_in_steps, panorama_of
 from mosaic_sim.raycast import Hits, cast
 from mosaic_sim.room import Floats, Room
 from mosaic_sim.textures import LEVELS, TILE, Packed, surfaces
@@ -37,16 +38,28 @@ class Renderer:
         """Per column: how far left of straight ahead, in lengths of the viewing distance."""
         self._bearings_rad = np.arctan(self._slopes)
         self._horizon = height // 2
-        self._atlas = surfaces(seed)
-        self._floor = floor_of(room, seed)
-        self._panorama = panorama_of(seed, round(2 * math.pi * self._focal_px), self._horizon)
+        self._seed = seed
         self._rows = np.arange(height, dtype=np.float32)[:, None]
-        self._floor_depths()
         self._picture = np.empty((height, width), dtype=np.uint32)
         self._shade = np.empty((height, width), dtype=np.uint32)
+        self._is_prepared = False
+
+    def prepared(self) -> Iterator[None]:
+        """Draw the scenery once, which takes half a second of a processor, in steps: whoever shall stop leaves between
+        two of them. What is not drawn yet :meth:`render` draws."""
+        if self._is_prepared:
+            return
+        self._atlas = surfaces(self._seed)
+        yield
+        self._floor = yield from floor_in_steps(self._room, self._seed)
+        self._panorama = panorama_of(self._seed, round(2 * math.pi * self._focal_px), self._horizon)
+        self._floor_depths()
+        self._is_prepared = True
 
     def render(self, x_m: float, y_m: float, yaw_rad: float, time_s: float) -> Image:
         """The picture from this place, looking along ``yaw_rad``; ``time_s`` moves the clouds. A new BGR array."""
+        for _ in self.prepared():
+            pass
         forward = np.array((math.cos(yaw_rad), math.sin(yaw_rad)))
         left = np.array((-forward[1], forward[0]))
         directions = forward + self._slopes[:, None] * left

@@ -10,6 +10,7 @@ from mosaic_core import Captured, Shared
 from mosaic_core.messages import Twist
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
 from mosaic_core.testing import build, collect, fake_host, take_frames
+from mosaic_sim import renderer, textures
 from mosaic_sim.battery import SimBatteryConfigurer
 from mosaic_sim.camera import SimCameraConfigurer
 from mosaic_sim.drive import SimDrive, SimDriveParams
@@ -197,3 +198,15 @@ def test_all_parts_share_one_world_that_the_robot_enters(shared: Shared) -> None
     with shared.entered():
         assert live._thread is not None
     assert live._thread is None
+
+
+def test_the_camera_hears_stop_while_its_scenery_is_drawn(shared: Shared, monkeypatch: pytest.MonkeyPatch) -> None:
+    camera = build(SimCameraConfigurer, shared=shared)
+
+    def painted(seed: int) -> textures.Atlas:
+        fake_host(camera).stop()
+        return textures.surfaces(seed)
+
+    monkeypatch.setattr(renderer, "surfaces", painted)
+    monkeypatch.setattr(renderer, "floor_in_steps", lambda *asked: pytest.fail("it draws on"))
+    assert [*camera.frames()] == []

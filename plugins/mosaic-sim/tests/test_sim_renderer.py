@@ -102,3 +102,12 @@ def test_clouds_drift_though_the_robot_stands(hall: Renderer) -> None:
 @pytest.mark.parametrize("place", [(7.99, 0, 0), (-7.99, 7.99, 2), (0, 0, 1000.0), (0.0, 0.0, -1000.0)])
 def test_no_place_breaks_the_picture(hall: Renderer, place: tuple[float, float, float]) -> None:
     assert hall.render(*place, time_s=1e6).shape == (HEIGHT, WIDTH, 3)
+
+
+def test_the_scenery_is_drawn_in_steps_and_once() -> None:
+    shed = Room(2, 2, solids=tuple(outer_walls(2, 2)))
+    left_early, whole = (Renderer(shed, width=WIDTH, height=HEIGHT) for _ in range(2))
+    next(left_early.prepared())
+    assert len([*whole.prepared()]) > 3
+    assert [*whole.prepared()] == []
+    assert (left_early.render(0, 0, 0, 0) == whole.render(0, 0, 0, 0)).all()

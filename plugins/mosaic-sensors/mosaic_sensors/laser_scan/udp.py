@@ -68,6 +68,7 @@ class LaserScanConfigurer(DataChannelConfigurer[UdpLaserScanParams]):
 
     connector_type = "laser-scan"
     example: ClassVar[dict[str, Any] | None] = {"source": "udp://127.0.0.1:9011"}
+    trial: ClassVar[dict[str, Any] | None] = {"source": "udp://127.0.0.1:0"}
 
     def configure(self) -> UdpLaserScan:
         return UdpLaserScan(self.label, self.params)

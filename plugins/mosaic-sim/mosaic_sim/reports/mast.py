@@ -23,6 +23,9 @@ from mosaic_core.messages import JointState, JointTarget, wall_time_us
 
 RANGES_RAD = {"mast_pan": (-2.0, 2.0), "mast_tilt": (-0.6, 0.9)}
 SPEED_RADPS = 1.0
+TIMEOUT_S = 5.0
+"""A target is said once, and from one end to the other a joint turns for 4 s. Only where nobody says anything for longer
+it stays where it is, also in the middle of a slow way."""
 
 
 class Mast:
@@ -116,8 +119,7 @@ class SimMastConfigurer(DataChannelConfigurer[SimMastParams]):
 
 class SimMastTarget(DataChannelReceivable[JointTarget]):
     requires_lease = True
-    timeout_s = 0.5
-    """A mast that is on its way when its operator falls silent stays where it is."""
+    timeout_s = TIMEOUT_S
     item_names: Sequence[str] = tuple(RANGES_RAD)
     limits: Mapping[str, FieldBounds] = {
         f"positions.{name}": FieldBounds(min=low, max=high) for name, (low, high) in RANGES_RAD.items()
