@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator
 
@@ -13,8 +14,9 @@ from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_attribute, place_of_class, place_of_field
 from mosaic_core.runtime.configuration.plugin_loading import api_version
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.testing.building import build
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, MosaicError
 
 _KEBAB = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _MAX_DOCSTRING = 110
@@ -85,7 +87,20 @@ def configures(one: Examinee) -> Iterator[Fault]:
         except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
             yield one.fault(error, f"with the params of {what} it raises")
         if one.trial == one.example:
-            return
+            break
+    yield from _missing_widgets(one)
+
+
+def _missing_widgets(one: Examinee) -> Iterator[Fault]:
+    """A robot's file would be refused for them, however it is written."""
+    with contextlib.suppress(NotJudged):  # what can't be configured is told already
+        for handler in one.handlers:
+            if handler.widget is not None and is_shipped(handler.widget):
+                try:
+                    module_with(handler.widget)
+                except MosaicError as error:
+                    place = place_of_attribute(type(handler), "widget")
+                    yield Fault(f"{type(handler).__name__} names the widget '{handler.widget}': {error.message}", place)
 
 
 def _place_of_configure(one: Examinee, what: str) -> CodePlace:

@@ -101,6 +101,13 @@ async def test_a_plugin_that_keeps_them_all_is_gold(plugin: GoodPlugin) -> None:
     assert {one.subject for one in found} == {"acme-gauge", "acme-wheel"}
 
 
+async def test_a_widget_that_the_distribution_does_not_ship_is_told(plugin: GoodPlugin) -> None:
+    body = "    def messages(self) -> Iterator[Reading]:"
+    plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
+    (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
+    assert "no installed distribution ships widgets as 'acme-gauge'" in failed.faults[0].message
+
+
 @pytest.mark.parametrize("name", BREACHES)
 async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, name: str) -> None:
     file, old, new, told = BREACHES[name]

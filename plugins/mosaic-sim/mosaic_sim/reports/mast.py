@@ -24,8 +24,8 @@ from mosaic_core.messages import JointState, JointTarget, wall_time_us
 RANGES_RAD = {"mast_pan": (-2.0, 2.0), "mast_tilt": (-0.6, 0.9)}
 SPEED_RADPS = 1.0
 TIMEOUT_S = 5.0
-"""A target is said once, and from one end to the other a joint turns for 4 s. Only where nobody says anything for longer
-it stays where it is, also in the middle of a slow way."""
+"""A target is said once, and from one end to the other a joint turns for 4 s. Only where nobody says anything for
+longer it stays where it is, also in the middle of a slow way."""
 
 
 class Mast:
