@@ -1,0 +1,1 @@
+"""Arms of serial servos: joints, state, gripper, poses, freedrive, health."""

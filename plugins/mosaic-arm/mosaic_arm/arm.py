@@ -1,0 +1,219 @@
+"""The arm: one thread owns its bus, reads all motors and writes all goals at a fixed rate, and opens it again when it
+was lost. Connectors and safety threads only say where joints shall go.
+
+Each joint moves toward its goal at its own rate at most, whoever set the goal: from where it is when the bus is opened,
+so that nothing swings when the power comes.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Self
+
+from mosaic_arm.arm_joint import ArmJoint, ArmSnapshot
+from mosaic_arm.bus_session import BusSession
+from mosaic_core import DeviceGone, Refused
+
+_log = logging.getLogger(__name__)
+
+RETRY_S = (0.5, 1.0, 2.0, 5.0)
+"""Waits between attempts to open the bus; the last one repeats."""
+CLOSE_TIMEOUT_S = 1.0
+HOLD_NEAR_RAD = 0.05
+"""A joint this near to its goal has arrived: held where it is instead, it would sink a little at every stop."""
+MAX_STEP_S = 0.1
+"""After a longer gap between two turns a joint goes on, instead of catching up."""
+OPENING = DeviceGone("the arm is not open yet", "Wait a moment.")
+
+
+class Arm:
+    """Keeps one arm. Enter it with the robot (``Shared``); entering never fails and never blocks.
+
+    :meth:`aim`, :meth:`hold`, :meth:`standing_rad` and :attr:`snapshot` may be used from any thread and never wait for
+    the bus.
+    """
+
+    def __init__(
+        self, joints: tuple[ArmJoint, ...], session: BusSession, rate_hz: float,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:  # fmt: skip
+        self.joints = {joint.name: joint for joint in joints}
+        self._session = session
+        self._period_s = 1 / rate_hz
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._snapshot: ArmSnapshot | None = None
+        self._gone: DeviceGone = OPENING
+        self._goals: dict[str, float] = {}
+        self._sent: dict[str, float] = {}
+        self._strength: dict[str, float] = {}
+        self._mover: object = None
+        self._wants_power = True
+        self._attempts = 0
+        self._was_open = False
+        self._turned_at_s = 0.0
+        self._opened = threading.Event()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    # -- any thread ------------------------------------------------------------------------------------------------
+
+    @property
+    def snapshot(self) -> ArmSnapshot | None:
+        """The last turn's; ``None`` while the bus is away."""
+        return self._snapshot
+
+    @property
+    def gone(self) -> DeviceGone:
+        """Why there is no snapshot."""
+        return self._gone
+
+    @property
+    def is_opening(self) -> bool:
+        """The bus was not tried yet."""
+        return self._gone is OPENING and self._snapshot is None
+
+    @property
+    def is_free(self) -> bool:
+        """The motors are off on purpose."""
+        return not self._wants_power
+
+    @property
+    def mover(self) -> object:
+        """Who said last where joints shall go; ``None`` after :meth:`hold`."""
+        return self._mover
+
+    @property
+    def lost_replies(self) -> int:
+        """Replies of motors that never came or were broken, since the robot started."""
+        return self._session.lost_replies
+
+    def wait_open(self, timeout_s: float) -> bool:
+        """Block until the bus was read; ``False`` when that took too long."""
+        return self._opened.wait(timeout_s)
+
+    def standing_rad(self, name: str) -> float | None:
+        """Where a joint stands: its goal if it is there but for what its load bends it. ``None``: not known now."""
+        with self._lock:
+            return self._standing(name)
+
+    def aim(self, angles_rad: Mapping[str, float], by: object, strength_percent: float | None = None) -> None:
+        """Go there, each joint within its limits. ``strength_percent``: with so much of the torque allowed. Raises
+        :class:`Refused` while the bus is away (``plugin.no_device``) or the motors are off (``arm.free``)."""
+        with self._lock:
+            if self._snapshot is None:
+                raise Refused("plugin.no_device", self._gone.message)
+            if not self._wants_power:
+                raise Refused("arm.free")
+            for name, angle_rad in angles_rad.items():
+                self._goals[name] = self.joints[name].within(angle_rad)
+                if strength_percent is not None:
+                    self._strength[name] = strength_percent
+            self._mover = by
+
+    def hold(self) -> None:
+        """Stand still, at once."""
+        with self._lock:
+            for name in self._goals:
+                standing = self._standing(name)
+                if standing is not None:
+                    self._goals[name] = self._sent[name] = standing
+            self._mover = None
+
+    def power(self, *, on: bool) -> None:
+        """Let the motors go, or hold the arm where it is then. Takes effect in the next turn. Raises :class:`Refused`
+        while the bus is away."""
+        with self._lock:
+            if self._snapshot is None:
+                raise Refused("plugin.no_device", self._gone.message)
+            self._wants_power = on
+            self._mover = None
+
+    def _standing(self, name: str) -> float | None:
+        if self._snapshot is None:
+            return None
+        present, sent = self._snapshot.angles_rad[name], self._sent.get(name)
+        is_there = sent is not None and self._session.has_power and abs(sent - present) <= HOLD_NEAR_RAD
+        return sent if is_there else present
+
+    # -- the arm's thread ------------------------------------------------------------------------------------------
+
+    def __enter__(self) -> Self:
+        self._stopping.clear()
+        self._thread = threading.Thread(target=self._run, name="mosaic-arm-bus", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join(CLOSE_TIMEOUT_S)
+            if self._thread.is_alive():
+                _log.error("the arm's bus did not close within %s s and was abandoned", CLOSE_TIMEOUT_S)
+            self._thread = None
+
+    def _run(self) -> None:
+        while not self._stopping.wait(self.turn()):
+            pass
+        self.close()
+
+    def turn(self) -> float:
+        """Read and write once, or try to open the bus; the seconds until the next turn."""
+        began_s = self._clock()
+        try:
+            if not self._session.is_open:
+                self._session.open()
+            self._read(began_s)
+            self._write(began_s)
+        except DeviceGone as gone:
+            return self._lost(gone)
+        self._attempts = 0
+        return max(0.0, began_s + self._period_s - self._clock())
+
+    def close(self) -> None:
+        """The last turn: the arm holds, or falls, as the params say."""
+        with self._lock:
+            self._snapshot, self._gone = None, OPENING
+        self._session.leave()
+        self._opened.clear()
+
+    def _read(self, now_s: float) -> None:
+        snapshot = self._session.read(now_s)
+        with self._lock:
+            is_first, self._snapshot = self._snapshot is None, snapshot
+            if is_first or not self._wants_power:
+                self._goals = dict(snapshot.angles_rad)
+                self._sent = dict(snapshot.angles_rad)
+        if is_first:
+            self._turned_at_s = now_s
+            if self._was_open:
+                _log.warning("the arm is back")
+            self._was_open = True
+            self._opened.set()
+
+    def _write(self, now_s: float) -> None:
+        step_s, self._turned_at_s = min(now_s - self._turned_at_s, MAX_STEP_S), now_s
+        with self._lock:
+            wants_power, strength, self._strength = self._wants_power, self._strength, {}
+            for name, goal in self._goals.items():
+                most = self.joints[name].max_radps * step_s
+                self._sent[name] += min(max(goal - self._sent[name], -most), most)
+            sent = dict(self._sent)
+        if strength:
+            self._session.strengthen(strength)
+        self._session.write(sent, wants_power=wants_power)
+
+    def _lost(self, gone: DeviceGone) -> float:
+        with self._lock:
+            was_there, self._snapshot, self._gone = self._snapshot is not None, None, gone
+            self._mover = None
+        self._opened.clear()
+        self._session.abandon()
+        if was_there or not self._attempts:
+            _log.warning("%s; trying again", gone.message.removesuffix("."))
+        retry_s = RETRY_S[min(self._attempts, len(RETRY_S) - 1)]
+        self._attempts += 1
+        return retry_s

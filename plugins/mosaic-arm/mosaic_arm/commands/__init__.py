@@ -1,0 +1,1 @@
+"""``mosaic arm``: calibrate an arm by hand, and have one arm follow another."""

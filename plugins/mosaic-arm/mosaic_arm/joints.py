@@ -1,0 +1,56 @@
+"""The ``arm-joints`` connector: an operator's ``JointTarget`` to the arm; silence or a lost operator holds it still."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from mosaic_arm.params import PartParams
+from mosaic_arm.shared_arm import KeptArm, shared_arm
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds
+from mosaic_core.messages import JointTarget
+
+TIMEOUT_S = 0.3
+TRIAL: dict[str, Any] = {"arm": {"bus": "fake", "port": "trial"}}
+"""An arm that runs on any machine."""
+RESOURCE = "arm"
+"""Whose lease moves an arm: one person may drive the base while another one grips."""
+
+
+class ArmJoints(DataChannelReceivable[JointTarget]):
+    """Moves joints, each within its angles and at its rate."""
+
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+    timeout_s = TIMEOUT_S
+    requires_lease = True
+    resource = RESOURCE
+
+    def __init__(self, label: str, arm: KeptArm) -> None:
+        super().__init__(label)
+        self._arm = arm
+        self.item_names = tuple(arm.joints)
+        self.limits = {
+            f"positions.{name}": FieldBounds(min=joint.low_rad, max=joint.high_rad, max_rate_per_s=joint.max_radps)
+            for name, joint in arm.joints.items()
+        }
+
+    def reported_position(self, field: str) -> float | None:
+        return self._arm.standing_rad(field.removeprefix("positions."))
+
+    def handle_data(self, data: JointTarget) -> None:
+        """Receiver's thread."""
+        self._arm.aim(dict(zip(data.names, data.positions, strict=True)), self)
+
+    def make_safe(self, cause: str) -> None:
+        """Safety thread: it stays where it is, and is not let go, for it would fall."""
+        self._arm.hold()
+
+
+class ArmJointsConfigurer(DataChannelConfigurer[PartParams]):
+    """Moves the joints of an arm of serial servos; it stands still on silence and when the operator leaves."""
+
+    connector_type = "arm-joints"
+    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
+    trial: ClassVar[dict[str, Any] | None] = TRIAL
+
+    def configure(self) -> ArmJoints:
+        return ArmJoints(self.label, shared_arm(self.params.arm, self.shared))

@@ -1,0 +1,161 @@
+"""The ``arm-poses`` connector: go to a pose that has a name, save the present one, list them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from mosaic_arm.joints import RESOURCE, TRIAL
+from mosaic_arm.params import JointName, PartParams
+from mosaic_arm.pose_file import Pose, PoseBook, PoseName
+from mosaic_arm.shared_arm import KeptArm, shared_arm
+from mosaic_core import DataChannelConfigurer, Message, Refused, Request, RequestHandler
+from mosaic_core.contract.params import unit
+from mosaic_core.words.errors import MosaicError
+
+STEP_S = 0.02
+ANSWER_S = 60.0
+SETTLE_S = 2.0
+"""For the last of the way, which a servo under load goes slowly."""
+THERE_RAD = 0.1
+"""Nearer than this the pose is reached: a small servo bends so much under its arm."""
+
+
+class PoseParams(PartParams):
+    poses: dict[PoseName, dict[JointName, float]] = Field(
+        default={}, max_length=100, description="Angles by joint, by name; joints that are not named stay.",
+        json_schema_extra=unit("rad"),
+    )  # fmt: skip
+    file: str | None = Field(default=None, description="Where poses are saved (JSON); none: nothing can be saved.")
+
+
+class PoseQuestion(Message):
+    """What to do with poses."""
+
+    action: Literal["list", "go", "save"] = "list"
+    name: PoseName | None = Field(default=None, description="Of the pose; for `go` and `save`.")
+    speed_percent: float = Field(default=30.0, gt=0, le=100, description="Of each joint's fastest.")
+
+
+class PoseProgress(Message):
+    """How far the way is done."""
+
+    done_percent: float
+
+
+class PoseAnswer(Message):
+    """The poses there are; for `go` how far from the pose the farthest joint came to stand."""
+
+    names: list[str]
+    off_by_rad: float | None = None
+
+
+class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
+    """Goes to poses within the arm's limits, all joints arriving together. A stop, the loss of the lease, taking the
+    request back, or any other command to the arm ends the way where it is."""
+
+    requires_lease = True
+    resource = RESOURCE
+    at_once: ClassVar[int] = 2
+    answer_within_s: ClassVar[float] = ANSWER_S
+
+    def __init__(self, label: str, arm: KeptArm, book: PoseBook) -> None:
+        super().__init__(label)
+        self._arm = arm
+        self._book = book
+
+    def answer(self, question: PoseQuestion, request: Request) -> PoseAnswer:
+        off_by_rad = None
+        if question.action != "list" and question.name is None:
+            raise Refused("channel.invalid", f"`{question.action}` needs the name of a pose")
+        if question.action == "save":
+            self._save(str(question.name))
+        elif question.action == "go":
+            off_by_rad = self._go(str(question.name), question.speed_percent / 100, request)
+        return PoseAnswer(names=self._book.names(), off_by_rad=off_by_rad)
+
+    def _save(self, name: str) -> None:
+        snapshot = self._arm.snapshot
+        if snapshot is None:
+            raise Refused("plugin.no_device", self._arm.gone.message)
+        self._book.save(name, {joint: round(angle, 5) for joint, angle in snapshot.angles_rad.items()})
+
+    def _go(self, name: str, speed_share: float, request: Request) -> float:
+        pose = self._book.pose(name)
+        if pose is None:
+            raise Refused("arm.unknown_pose", f"'{name}'; there are: {', '.join(self._book.names()) or 'none'}")
+        start = {joint: self._standing(joint) for joint in pose}
+        goal = {joint: self._arm.joints[joint].within(angle) for joint, angle in pose.items()}
+        times = [abs(goal[one] - start[one]) / (self._arm.joints[one].max_radps * speed_share) for one in goal]
+        whole_s = max(times, default=0.0)
+        if whole_s + SETTLE_S > ANSWER_S:
+            raise Refused("arm.too_slow", f"the way would take {whole_s:.0f} s")
+        self._move(start, goal, whole_s, request)
+        return self._settled(goal, request)
+
+    def _standing(self, joint: str) -> float:
+        angle = self._arm.standing_rad(joint)
+        if angle is None:
+            raise Refused("plugin.no_device", self._arm.gone.message)
+        return angle
+
+    def _move(self, start: Pose, goal: Pose, whole_s: float, request: Request) -> None:
+        """Along the straight line between two poses, in the time that its slowest joint needs."""
+        token, began_s = object(), self.monotonic_s()
+        for share in self._shares(began_s, whole_s):
+            self._arm.aim({one: start[one] + (goal[one] - start[one]) * share for one in goal}, token)
+            request.progress(PoseProgress(done_percent=round(100 * share, 1)))
+            if request.pause(STEP_S):
+                self._arm.hold()
+                raise Refused("request.cancelled")
+            if self._arm.mover is not token:  # a stop, or somebody's command
+                raise Refused("arm.overtaken")
+
+    def _shares(self, began_s: float, whole_s: float) -> Iterator[float]:
+        """How much of the way shall be done by the next step; the last is 1."""
+        share = 0.0
+        while share < 1.0:
+            share = min(1.0, (self.monotonic_s() - began_s + STEP_S) / whole_s) if whole_s else 1.0
+            yield share
+
+    def _settled(self, goal: Pose, request: Request) -> float:
+        ends_at_s = self.monotonic_s() + SETTLE_S
+        while True:
+            off_by_rad = max((abs(self._present(one) - angle) for one, angle in goal.items()), default=0.0)
+            if off_by_rad <= THERE_RAD:
+                return round(off_by_rad, 4)
+            if self.monotonic_s() >= ends_at_s:
+                raise Refused("arm.not_there", f"the farthest joint is off by {off_by_rad:.2f} rad")
+            if request.pause(STEP_S):
+                self._arm.hold()
+                raise Refused("request.cancelled")
+
+    def _present(self, joint: str) -> float:
+        snapshot = self._arm.snapshot
+        if snapshot is None:
+            raise Refused("plugin.no_device", self._arm.gone.message)
+        return snapshot.angles_rad[joint]
+
+
+class ArmPosesConfigurer(DataChannelConfigurer[PoseParams]):
+    """Moves an arm to poses that have names, and saves where it is."""
+
+    connector_type = "arm-poses"
+    example: ClassVar[dict[str, Any] | None] = {
+        "arm": {"port": "/dev/ttyACM0"}, "poses": {"rest": {"shoulder_lift": -1.5, "elbow_flex": 1.5}},
+    }  # fmt: skip
+    trial: ClassVar[dict[str, Any] | None] = TRIAL
+
+    def configure(self) -> ArmPoses:
+        arm = shared_arm(self.params.arm, self.shared)
+        book = PoseBook(self.params.poses, Path(self.params.file) if self.params.file else None)
+        for name in book.names():
+            strange = sorted(set(book.pose(name) or ()) - set(arm.joints))
+            if strange:
+                cure = f"There are: {', '.join(arm.joints)}."
+                message = f"the pose '{name}' names the joint '{strange[0]}', which this arm does not have. {cure}"
+                raise MosaicError(message, code="config.invalid", cure=cure)
+        return ArmPoses(self.label, arm, book)
