@@ -1,0 +1,245 @@
+"""The connectors of an arm, as operators and their absence move it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from mosaic_arm.freedrive import ArmFreedriveConfigurer
+from mosaic_arm.gripper import ArmGripperConfigurer
+from mosaic_arm.health import ArmHealthConfigurer
+from mosaic_arm.joints import TIMEOUT_S, ArmJointsConfigurer
+from mosaic_arm.poses import THERE_RAD, ArmPosesConfigurer
+from mosaic_arm.state import ArmStateConfigurer
+from mosaic_core import DeviceGone
+from mosaic_core.testing import Cleared, Leaves, LosesLease, Silence, Stopped, ask, collect, feed
+from mosaic_core.words.errors import MosaicError
+
+if TYPE_CHECKING:
+    from conftest import ArmOnClock
+
+FAST = {"slow_down": "off"}
+BEND = {"names": ["elbow_flex"], "positions": [1.0]}
+
+
+def driven(seconds: float) -> list[Any]:
+    """Commands twenty times a second."""
+    return [step for _ in range(round(seconds * 20)) for step in (BEND, Silence(0.05))]
+
+
+@pytest.fixture
+def joints(on_clock: ArmOnClock) -> Any:
+    return on_clock.build(ArmJointsConfigurer, FAST)
+
+
+# -- joints ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_joint_goes_where_it_is_told(on_clock: ArmOnClock, joints: Any) -> None:
+    feed(joints, driven(1.5))
+    assert on_clock.angle("elbow_flex") == pytest.approx(1.0, abs=0.01)
+    assert on_clock.angle("shoulder_pan") == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("end", [Silence(TIMEOUT_S + 0.01), Leaves(), LosesLease(), Stopped()])
+def test_the_arm_stands_still_when_its_operator_is_no_more(on_clock: ArmOnClock, joints: Any, end: Any) -> None:
+    fed = feed(joints, [*driven(0.4), end, Silence(0.1)])
+    assert len(fed.made_safe) >= 1
+    stands = on_clock.angle("elbow_flex")
+    on_clock.clock.advance(2.0)
+    assert on_clock.angle("elbow_flex") == pytest.approx(stands, abs=0.03)
+    assert stands < 0.9
+
+
+def test_after_a_stop_the_first_command_begins_where_the_arm_is(on_clock: ArmOnClock, joints: Any) -> None:
+    fed = feed(joints, [*driven(0.4), Stopped(), Silence(1.0), Cleared(), Silence(1.0), BEND])
+    assert abs(fed.accepted[-1].positions[0] - on_clock.angle("elbow_flex")) <= 1.5 * 0.1 + 0.01  # one step of its rate
+
+
+def test_a_joint_that_it_does_not_have_and_what_is_no_number_are_refused(joints: Any) -> None:
+    fed = feed(joints, [{"names": ["tail"], "positions": [0.0]}, '{"names": ["elbow_flex"], "positions": [NaN]}', b"\x00"])
+    assert fed.accepted == []
+    assert len(fed.refused) == 3
+
+
+def test_a_flood_moves_it_no_faster(on_clock: ArmOnClock, joints: Any) -> None:
+    feed(joints, [step for _ in range(500) for step in (BEND, Silence(0.001))])
+    assert on_clock.angle("elbow_flex") <= 0.5 * 1.5 + 0.01
+
+
+def test_commands_are_refused_while_the_bus_is_away(on_clock: ArmOnClock, joints: Any) -> None:
+    on_clock.bus.is_gone = True
+    on_clock.clock.advance(1.0)
+    fed = feed(joints, [BEND])
+    assert [one.code for one in fed.refused] == ["safety.position_unknown"]
+
+
+def test_a_bus_that_goes_between_two_commands_refuses_the_second(on_clock: ArmOnClock, joints: Any) -> None:
+    feed(joints, [BEND, Silence(0.05), BEND])
+    on_clock.bus.is_gone = True
+    fed = feed(joints, [Silence(0.05), BEND])
+    assert fed.accepted == []
+    assert len(fed.refused) == 1
+
+
+# -- state and health ------------------------------------------------------------------------------------------------
+
+
+def test_the_state_has_every_joint_at_the_rate_asked_for(on_clock: ArmOnClock) -> None:
+    began_s = on_clock.clock.now_s
+    states = collect(on_clock.build(ArmStateConfigurer, rate_hz=10), 11)
+    assert on_clock.clock.now_s - began_s == pytest.approx(1.0)
+    assert states[0].names == list(on_clock.arm.joints)
+    assert (len(states[0].positions), len(states[0].velocities), states[0].efforts) == (6, 6, [])
+
+
+def test_the_state_of_a_bus_that_is_away_is_a_device_that_is_gone(on_clock: ArmOnClock) -> None:
+    state = on_clock.build(ArmStateConfigurer)
+    on_clock.bus.is_gone = True
+    on_clock.clock.advance(1.0)
+    with pytest.raises(DeviceGone, match="the port is lost"):
+        collect(state, 1)
+
+
+def health(on_clock: ArmOnClock) -> Any:
+    return collect(on_clock.build(ArmHealthConfigurer), 1)[0]
+
+
+def test_health_names_what_is_hot_and_what_a_motor_protects_itself_from(on_clock: ArmOnClock) -> None:
+    assert (health(on_clock).level, health(on_clock).message) == ("ok", "all motors are well")
+    on_clock.bus.temperatures[2] = 61.0
+    on_clock.clock.advance(0.1)
+    assert (health(on_clock).level, "shoulder_lift: hot" in health(on_clock).message) == ("warn", True)
+    on_clock.bus.faults[3] = ("overload",)
+    on_clock.clock.advance(0.1)
+    assert (health(on_clock).level, "elbow_flex: overload" in health(on_clock).message) == ("error", True)
+
+
+def test_health_goes_on_while_the_bus_is_away(on_clock: ArmOnClock) -> None:
+    on_clock.bus.is_gone = True
+    on_clock.clock.advance(1.0)
+    assert (health(on_clock).level, health(on_clock).message) == ("stale", "the port is lost")
+
+
+# -- the gripper -----------------------------------------------------------------------------------------------------
+
+
+def test_the_gripper_opens_in_metres_and_presses_no_harder_than_it_may(on_clock: ArmOnClock) -> None:
+    gripper = on_clock.build(ArmGripperConfigurer, FAST)
+    step = {"position": 0.07, "max_effort": 5.0}
+    feed(gripper, [one for _ in range(80) for one in (step, Silence(0.05))])
+    assert gripper.reported_position("position") == pytest.approx(0.07, abs=0.002)
+    assert ("limit", {6: 12.5}) in on_clock.bus.told  # a quarter of its force, of half its torque
+
+
+def test_an_arm_without_a_gripper_has_no_such_connector(on_clock: ArmOnClock) -> None:
+    with pytest.raises(MosaicError, match="this arm has no gripper"):
+        on_clock.build(ArmGripperConfigurer, arm={"bus": "fake", "port": "none", "gripper": None})
+
+
+# -- poses -----------------------------------------------------------------------------------------------------------
+
+REST = {"rest": {"shoulder_lift": -0.6, "elbow_flex": 0.9}}
+
+
+def test_the_arm_goes_to_a_pose_with_all_joints_arriving_together(on_clock: ArmOnClock) -> None:
+    poses = on_clock.build(ArmPosesConfigurer, poses=REST)
+    answered = ask(poses, {"action": "go", "name": "rest", "speed_percent": 50})
+    assert answered.refused is None
+    assert on_clock.angle("elbow_flex") == pytest.approx(0.9, abs=THERE_RAD)
+    assert on_clock.angle("shoulder_lift") == pytest.approx(-0.6, abs=THERE_RAD)
+    shares = [one["done_percent"] for one in answered.progress]
+    assert shares == sorted(shares)
+    assert shares[-1] == 100.0
+
+
+def test_a_request_that_is_taken_back_ends_the_way_there(on_clock: ArmOnClock) -> None:
+    poses = on_clock.build(ArmPosesConfigurer, poses=REST)
+    ask(poses, {"action": "go", "name": "rest"}, cancel_after_s=0.5)
+    stands = on_clock.angle("elbow_flex")
+    on_clock.clock.advance(3.0)
+    assert 0.05 < stands < 0.5
+    assert on_clock.angle("elbow_flex") == pytest.approx(stands, abs=0.03)
+
+
+class HoldsAt:
+    """Somebody else's command or a stop, at its time."""
+
+    def __init__(self, on_clock: ArmOnClock, after_s: float) -> None:
+        self.due_at_s: float | None = on_clock.clock.now_s + after_s
+        self._arm = on_clock.arm
+
+    def ring(self, now_s: float) -> None:
+        self.due_at_s = None
+        self._arm.hold()
+
+
+def test_a_stop_on_the_way_is_the_end_of_the_way(on_clock: ArmOnClock) -> None:
+    poses = on_clock.build(ArmPosesConfigurer, poses=REST)
+    on_clock.clock.watch(HoldsAt(on_clock, 0.5))
+    answered = ask(poses, {"action": "go", "name": "rest"})
+    assert answered.refused is not None
+    assert answered.refused.code == "arm.overtaken"
+    assert on_clock.angle("elbow_flex") < 0.5
+
+
+def test_the_present_pose_is_saved_and_is_there_after_a_restart(on_clock: ArmOnClock, tmp_path: Path) -> None:
+    file = tmp_path / "poses.json"
+    poses = on_clock.build(ArmPosesConfigurer, poses=REST, file=str(file))
+    assert ask(poses, {"action": "save", "name": "here"}).answer == {"names": ["here", "rest"], "off_by_rad": None}
+    assert set(json.loads(file.read_text())["here"]) == set(on_clock.arm.joints)
+    again = on_clock.build(ArmPosesConfigurer, poses=REST, file=str(file))
+    assert ask(again, {"action": "go", "name": "here"}).refused is None
+
+
+@pytest.mark.parametrize(
+    ("question", "code"),
+    [
+        ({"action": "go", "name": "nowhere"}, "arm.unknown_pose"),
+        ({"action": "go"}, "channel.invalid"),
+        ({"action": "save", "name": "here"}, "arm.no_pose_file"),
+        ({"action": "go", "name": "rest", "speed_percent": 0.1}, "arm.too_slow"),
+        ({"action": "dance"}, "channel.invalid"),
+        ({"action": "go", "name": "../etc"}, "channel.invalid"),
+    ],
+)
+def test_what_can_not_be_done_is_refused_with_its_reason(on_clock: ArmOnClock, question: Any, code: str) -> None:
+    refused = ask(on_clock.build(ArmPosesConfigurer, poses=REST), question).refused
+    assert refused is not None
+    assert refused.code == code
+
+
+def test_a_pose_file_that_is_none_is_told_before_anything_starts(on_clock: ArmOnClock, tmp_path: Path) -> None:
+    file = tmp_path / "poses.json"
+    file.write_text('{"rest": {"tail": 1.0}}')
+    with pytest.raises(MosaicError, match="names the joint 'tail'"):
+        on_clock.build(ArmPosesConfigurer, file=str(file))
+    file.write_text("[")
+    with pytest.raises(MosaicError, match="pose file"):
+        on_clock.build(ArmPosesConfigurer, file=str(file))
+
+
+# -- freedrive -------------------------------------------------------------------------------------------------------
+
+
+def test_the_motors_go_off_only_if_somebody_holds_the_arm(on_clock: ArmOnClock) -> None:
+    freedrive = on_clock.build(ArmFreedriveConfigurer)
+    refused = ask(freedrive, {"motors_off": True}).refused
+    assert refused is not None
+    assert (refused.code, "0.6 kg" in refused.message) == ("arm.not_held", True)
+    answer = ask(freedrive, {"motors_off": True, "somebody_holds_the_arm": True}).answer
+    assert "falls unless somebody holds its 0.6 kg" in answer["message"]
+    on_clock.clock.advance(0.1)
+    assert on_clock.bus.told[-1] == ("torque", False)
+    ask(freedrive, {"motors_off": False})
+    on_clock.clock.advance(0.1)
+    assert ("torque", True) == [one for one in on_clock.bus.told if one[0] == "torque"][-1]
+
+
+@pytest.mark.parametrize("configurer", [ArmJointsConfigurer, ArmGripperConfigurer, ArmPosesConfigurer, ArmFreedriveConfigurer])
+def test_whatever_moves_the_arm_needs_its_lease(on_clock: ArmOnClock, configurer: Any) -> None:
+    handler = on_clock.build(configurer)
+    assert (handler.requires_lease, handler.resource) == (True, "arm")
