@@ -41,12 +41,13 @@ DEFAULT_SERVER = "http://127.0.0.1:9001"
 
 
 def command(
-    *, is_person: bool | None = False, has_timeline: bool = False
+    *, is_person: bool | None = False, has_timeline: bool = False, group: typer.Typer = app
 ) -> Callable[[Callable[..., Work]], Callable[..., NoReturn]]:
     """Make a command of a function that returns its work: signing in comes before it, signing off after it.
 
     The account's options stand behind the command's arguments, ``--timeline`` at the end. ``is_person``: somebody
-    decides here, and programs give way to persons; ``None``: if this is a terminal.
+    decides here, and programs give way to persons; ``None``: if this is a terminal. ``group``: another one than
+    ``mosaic operator``, such as a plugin's.
     """
 
     def made(work_of: Callable[..., Work]) -> Callable[..., NoReturn]:
@@ -78,7 +79,7 @@ def command(
         options = [*own[:arguments], *account, *own[arguments:], *([timeline] if has_timeline else [])]
         _take(signed_in, options)
         signed_in.__doc__ = work_of.__doc__
-        return app.command(work_of.__name__.replace("_", "-"))(signed_in)
+        return group.command(work_of.__name__.replace("_", "-"))(signed_in)
 
     return made
 

@@ -38,8 +38,9 @@ class Arm:
 
     def __init__(
         self, joints: tuple[ArmJoint, ...], session: BusSession, rate_hz: float,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Callable[[], float] = time.monotonic, *, is_free: bool = False,
     ) -> None:  # fmt: skip
+        """``is_free``: the motors are off from the beginning, as those of an arm that hands lead."""
         self.joints = {joint.name: joint for joint in joints}
         self._session = session
         self._period_s = 1 / rate_hz
@@ -51,7 +52,7 @@ class Arm:
         self._sent: dict[str, float] = {}
         self._strength: dict[str, float] = {}
         self._mover: object = None
-        self._wants_power = True
+        self._wants_power = not is_free
         self._attempts = 0
         self._was_open = False
         self._turned_at_s = 0.0

@@ -1,0 +1,83 @@
+"""``mosaic arm``: calibrate an arm by hand, and have one arm follow another one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from mosaic_core.cli.operator.account_options import Work, command
+
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, help="Calibrate an arm of servos, and have one follow another."
+)
+
+BusName = Literal["feetech", "dynamixel", "fake"]
+Port = Annotated[str, typer.Option(help="The serial port of its bus.")]
+Bus = Annotated[BusName, typer.Option(help="The series of its servos.")]
+Joints = Annotated[
+    list[str], typer.Option("--joint", metavar="NAME=ID", help="A joint and its motor; none: the six of an SO-101.")
+]
+NO_JOINTS: list[str] = []
+FULL_TURN = ["wrist_roll"]
+
+
+def joint_params(pairs: list[str]) -> dict[str, Any]:
+    """The ``joints`` of the params, or nothing where the default is meant."""
+    joints: dict[str, Any] = {}
+    for pair in pairs:
+        name, equals, number = pair.partition("=")
+        if not (name and equals and number.isdigit()):
+            raise typer.BadParameter(f"--joint {pair}: write NAME=ID, such as --joint elbow=3")
+        joints[name] = {"id": int(number)}
+    if not joints:
+        return {}
+    return {"joints": joints, **({} if "gripper" in joints else {"gripper": None})}
+
+
+@app.command()
+def calibrate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The calibration file, as LeRobot writes it.")],
+    port: Port = "/dev/ttyACM0",
+    bus: Bus = "feetech",
+    joint: Joints = NO_JOINTS,
+    full_turn: Annotated[
+        list[str], typer.Option(metavar="NAME", help="A joint without an end, which has its whole turn.")
+    ] = FULL_TURN,
+    write: Annotated[
+        bool, typer.Option("--write", help="Only write a file that is there into the motors, which LETS THEM GO.")
+    ] = False,
+) -> None:
+    """Find where the joints of an arm end, by moving it by hand; its motors are off meanwhile, so hold it."""
+    from mosaic_arm.commands.calibrate_session import calibrate as guide
+    from mosaic_arm.commands.calibrate_session import write_to_motors
+    from mosaic_arm.params import ArmParams
+
+    params = ArmParams.model_validate({"port": port, "bus": bus, **joint_params(joint)})
+    if write:
+        write_to_motors(params, file)
+    else:
+        guide(params, file, full_turn)
+
+
+@command(group=app, is_person=True, has_timeline=True)
+def follow(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="The robot's id or name.")],
+    label: Annotated[str, typer.Argument(metavar="LABEL", help="The connector that takes JointTarget.")],
+    leader_port: Annotated[str, typer.Option(help="The serial port of the leader's bus.")] = "/dev/ttyACM0",
+    leader_bus: Annotated[BusName, typer.Option(help="The series of the leader's servos.")] = "feetech",
+    leader_calibration: Annotated[str, typer.Option(help="The leader's calibration file.")] = "",
+    joint: Joints = NO_JOINTS,
+    state: Annotated[str, typer.Option(help="The connector that sends JointState; none: the only one.")] = "",
+    rate_hz: Annotated[float, typer.Option(min=1, max=200, help="Commands per second.")] = 100.0,
+    approach_radps: Annotated[float, typer.Option(min=0.01, max=2, help="How fast it comes at first.")] = 0.4,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+) -> Work:
+    """Have an arm of a robot follow the one beside this machine, which a hand leads. It comes slowly first."""
+    from mosaic_arm.commands.follow_session import FollowSession
+    from mosaic_arm.params import ArmParams
+
+    fields = {"port": leader_port, "bus": leader_bus, "calibration": leader_calibration or None, "rate_hz": rate_hz}
+    leader = ArmParams.model_validate({**fields, "on_exit": "release", **joint_params(joint)})
+    return FollowSession(robot, label, state, leader, rate_hz, approach_radps, as_json)

@@ -1,0 +1,86 @@
+"""A leader arm moves a follower through a whole robot in memory."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from mosaic_arm.commands.arm_commands import app, joint_params
+from mosaic_arm.commands.follow_session import FollowSession
+from mosaic_arm.joints import ArmJointsConfigurer
+from mosaic_arm.params import ArmParams
+from mosaic_arm.state import ArmStateConfigurer
+from mosaic_core.messages import JointState
+from mosaic_core.testing import Joined, connector, joined
+from mosaic_core.words.errors import DeviceGone, MosaicError
+
+ARM = {"bus": "fake", "port": "follower"}
+
+
+@contextlib.asynccontextmanager
+async def robot_with_an_arm() -> AsyncIterator[Joined]:
+    joints = connector(ArmJointsConfigurer, label="joints", params={"arm": ARM})
+    state = connector(ArmStateConfigurer, label="state", params={"arm": ARM, "rate_hz": 50})
+    async with joined(joints, state) as link:
+        yield link
+
+
+def session(link: Joined, leader: ArmParams, **words: Any) -> FollowSession:
+    words = {"state": "", "rate_hz": 100.0, "approach_radps": 2.0, **words}
+    return FollowSession(robot=link.connection.robot_id, label="joints", leader=leader, as_json=True, **words)
+
+
+async def test_the_follower_comes_and_follows_a_leader_that_a_hand_lets_down(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async with robot_with_an_arm() as link:
+
+        async def connected(*_: Any) -> Any:
+            return link.connection
+
+        monkeypatch.setattr("mosaic_arm.commands.follow_session.connected", connected)
+        following = asyncio.create_task(session(link, ArmParams(bus="fake", port="leader"))(link.operator))
+        async with asyncio.timeout(20):
+            async for received in link.connection.receivable("state").messages():
+                state = JointState.model_validate_json(received.data)
+                if state.positions[1] < -0.25:  # the leader's shoulder sinks 0.23 rad a second
+                    break
+        following.cancel()
+        await asyncio.wait([following])
+        await link.connection.control.wait_for(lambda: link.connection.control.leases["arm"].holder is None)
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[-1]["phase"] == "following"
+    assert lines[-1]["sent"] > 10
+    assert lines[-1]["refusals"] == 0
+
+
+async def test_a_leader_that_is_not_there_takes_no_lease(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mosaic_arm.commands.follow_session.LEADER_OPENS_S", 0.2)
+    async with robot_with_an_arm() as link:
+        with pytest.raises(DeviceGone, match="can't be opened"):
+            await session(link, ArmParams(port="/dev/mosaic-no-such-leader"))(link.operator)
+        assert all(view.holder is None for view in link.connection.control.leases.values())
+
+
+async def test_a_state_that_is_not_clear_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mosaic_arm.commands.follow_session import state_label
+
+    async with robot_with_an_arm() as link:
+        assert state_label(link.connection.catalogue, "") == "state"
+        assert state_label(link.connection.catalogue, "mine") == "mine"
+    async with joined(connector(ArmJointsConfigurer, label="joints", params={"arm": ARM})) as link:
+        with pytest.raises(MosaicError, match="there are: none"):
+            state_label(link.connection.catalogue, "")
+
+
+def test_joints_of_the_command_line_are_those_of_the_params() -> None:
+    assert joint_params([]) == {}
+    assert ArmParams.model_validate(joint_params(["elbow=3"])).joints["elbow"].id == 3
+    ended = CliRunner().invoke(app, ["calibrate", "arm.json", "--joint", "elbow"])
+    assert ended.exit_code == 2
