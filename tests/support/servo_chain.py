@@ -83,7 +83,10 @@ class ServoChain:
 
     def _obey(self, motor: int, code: int, params: bytes) -> None:
         size = self.address_size
-        number = lambda at: int.from_bytes(params[at : at + size], "little")  # noqa: E731 - a name for one expression
+
+        def number(at: int) -> int:
+            return int.from_bytes(params[at : at + size], "little")
+
         match code:
             case 0x01:
                 self._reply(motor, self.greeting)

@@ -40,7 +40,7 @@ class ArmSnapshot:
 
 
 def joints_of(params: ArmParams, calibrations: Mapping[str, MotorCalibration]) -> tuple[ArmJoint, ...]:
-    """All joints, in the order of the params. Raises :class:`MosaicError` where limits and calibration leave nothing."""
+    """All joints, in the order of the params. Raises :class:`MosaicError` where no angle is left."""
     return tuple(_joint(name, params, calibrations[name]) for name in params.joints)
 
 

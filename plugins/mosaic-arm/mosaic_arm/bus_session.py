@@ -1,4 +1,4 @@
-"""From opening a bus to losing it: who answers, whether the motors are powered, which replies are missing.
+"""Keeps one opening of a bus, until it is lost: who answers, whether the motors are powered, which replies are missing.
 
 The arm's thread alone uses it.
 """
@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 
 from mosaic_arm.arm_joint import ArmJoint, ArmSnapshot
-from mosaic_arm.calibration import MotorCalibration
 from mosaic_arm.params import ArmParams
 from mosaic_arm.servos.bus import MotorReading, ServoBus
 from mosaic_core import DeviceGone

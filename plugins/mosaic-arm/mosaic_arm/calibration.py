@@ -11,7 +11,6 @@ motor itself: the ticks of the range are those that it tells with this offset.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
@@ -90,7 +89,7 @@ def write_calibration(path: Path, joints: Mapping[str, MotorCalibration]) -> Non
     beside = path.with_name(f"{path.name}.new")
     text = json.dumps({name: one.model_dump() for name, one in joints.items()}, indent=4)
     beside.write_text(text + "\n", "utf-8")
-    os.replace(beside, path)
+    beside.replace(path)
 
 
 def _wrong(path: Path, what: str, cure: str) -> MosaicError:

@@ -58,6 +58,7 @@ class ArmParams(Params):
     )
     torque_percent: float = Field(default=50.0, gt=0, le=100, description="Of each motor's torque, at most.")
     weight_kg: float = Field(default=0.6, gt=0, le=200, description="What falls when the motors let go.")
+    starts_free: bool = Field(default=False, description="Motors stay off at first: an arm that a hand leads.")
     on_exit: ExitPolicy = Field(default="hold", description="When the robot ends: `release` lets the arm fall.")
 
     @model_validator(mode="after")

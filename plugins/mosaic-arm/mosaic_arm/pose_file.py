@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -54,7 +53,7 @@ class PoseBook:
             beside = self._path.with_name(f"{self._path.name}.new")
             try:
                 beside.write_text(json.dumps(poses, indent=2) + "\n", "utf-8")
-                os.replace(beside, self._path)
+                beside.replace(self._path)
             except OSError as error:
                 raise Refused("arm.no_pose_file", f"{self._path} can't be written: {error.strerror}") from error
             self._saved = poses

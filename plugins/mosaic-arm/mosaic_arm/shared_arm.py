@@ -20,20 +20,17 @@ class KeptArm(Arm):
     """An arm with the params that it was made of."""
 
     def __init__(
-        self,
-        params: ArmParams,
-        bus: ServoBus | None = None,
-        clock: Callable[[], float] = time.monotonic,
-        *,
-        is_free: bool = False,
+        self, params: ArmParams, bus: ServoBus | None = None, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Opens nothing. ``bus``: another one than the params name; ``is_free``: for hands to lead it. Raises :class:`MosaicError` for a calibration that
+        """Opens nothing. ``bus``: another one than the params name. Raises :class:`MosaicError` for a calibration that
         can't be used."""
         calibrations = params.calibrations()
         joints = joints_of(params, calibrations)
         offsets = {one.id: one.homing_offset for one in calibrations.values()} if params.calibration else None
         bus = bus or bus_of(params, list(calibrations.values()))
-        super().__init__(joints, BusSession(bus, params, joints, offsets), params.rate_hz, clock, is_free=is_free)
+        super().__init__(
+            joints, BusSession(bus, params, joints, offsets), params.rate_hz, clock, is_free=params.starts_free
+        )
         self.params = params
 
 

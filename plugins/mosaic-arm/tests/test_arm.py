@@ -22,7 +22,7 @@ ME = object()
 
 def test_the_power_comes_after_goals_that_are_where_the_arm_is(on_clock: ArmOnClock) -> None:
     assert [what for what, _ in on_clock.bus.told[:3]] == ["limit", "goals", "torque"]
-    assert on_clock.bus.told[1][1] == {motor: 2048 for motor in range(1, 7)}
+    assert on_clock.bus.told[1][1] == dict.fromkeys(range(1, 7), 2048)
 
 
 def test_a_joint_moves_at_its_rate_and_arrives(on_clock: ArmOnClock) -> None:

@@ -8,19 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from mosaic_arm.calibration import MotorCalibration, write_calibration
 from mosaic_arm.freedrive import ArmFreedriveConfigurer
 from mosaic_arm.gripper import ArmGripperConfigurer
 from mosaic_arm.health import ArmHealthConfigurer
 from mosaic_arm.joints import TIMEOUT_S, ArmJointsConfigurer
+from mosaic_arm.params import SO101
 from mosaic_arm.poses import THERE_RAD, ArmPosesConfigurer
 from mosaic_arm.state import ArmStateConfigurer
-from mosaic_core import DeviceGone
+from mosaic_core import AutoConfigurer, DeviceGone
 from mosaic_core.testing import Cleared, Leaves, LosesLease, Silence, Stopped, ask, collect, feed
 from mosaic_core.words.errors import MosaicError
 
 if TYPE_CHECKING:
     from conftest import ArmOnClock
 
+TYPES = {"arm-joints", "arm-state", "arm-gripper", "arm-poses", "arm-freedrive", "arm-health"}
 FAST = {"slow_down": "off"}
 BEND = {"names": ["elbow_flex"], "positions": [1.0]}
 
@@ -60,7 +63,9 @@ def test_after_a_stop_the_first_command_begins_where_the_arm_is(on_clock: ArmOnC
 
 
 def test_a_joint_that_it_does_not_have_and_what_is_no_number_are_refused(joints: Any) -> None:
-    fed = feed(joints, [{"names": ["tail"], "positions": [0.0]}, '{"names": ["elbow_flex"], "positions": [NaN]}', b"\x00"])
+    fed = feed(
+        joints, [{"names": ["tail"], "positions": [0.0]}, '{"names": ["elbow_flex"], "positions": [NaN]}', b"\x00"]
+    )
     assert fed.accepted == []
     assert len(fed.refused) == 3
 
@@ -236,10 +241,27 @@ def test_the_motors_go_off_only_if_somebody_holds_the_arm(on_clock: ArmOnClock) 
     assert on_clock.bus.told[-1] == ("torque", False)
     ask(freedrive, {"motors_off": False})
     on_clock.clock.advance(0.1)
-    assert ("torque", True) == [one for one in on_clock.bus.told if one[0] == "torque"][-1]
+    assert [one for one in on_clock.bus.told if one[0] == "torque"][-1] == ("torque", True)
 
 
-@pytest.mark.parametrize("configurer", [ArmJointsConfigurer, ArmGripperConfigurer, ArmPosesConfigurer, ArmFreedriveConfigurer])
+@pytest.mark.parametrize(
+    "configurer", [ArmJointsConfigurer, ArmGripperConfigurer, ArmPosesConfigurer, ArmFreedriveConfigurer]
+)
 def test_whatever_moves_the_arm_needs_its_lease(on_clock: ArmOnClock, configurer: Any) -> None:
     handler = on_clock.build(configurer)
     assert (handler.requires_lease, handler.resource) == (True, "arm")
+
+
+@pytest.mark.parametrize("name", ["follower", "leader"])
+def test_the_examples_are_valid_with_a_calibration_beside_them(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    joints = {
+        joint: MotorCalibration(id=number, range_min=700, range_max=3400) for number, joint in enumerate(SO101, 1)
+    }
+    write_calibration(tmp_path / f"{name}.json", joints)
+    monkeypatch.chdir(tmp_path)
+    file = Path(__file__).parents[3] / "examples" / "so101-arm" / f"{name}.yaml"
+    configured = AutoConfigurer().from_file(file, environ={"MOSAIC_TOKEN": "secret"})
+    assert {one.config.type for one in configured.connectors} <= TYPES
+    assert len(configured.connectors) == (6 if name == "follower" else 1)

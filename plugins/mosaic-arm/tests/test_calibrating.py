@@ -29,9 +29,7 @@ def test_a_file_as_lerobot_writes_it_is_read_and_written(tmp_path: Path) -> None
     file = tmp_path / "arm.json"
     file.write_text(json.dumps(ONE, indent=4))
     found = read_calibration(file, {"elbow": 3})
-    assert found["elbow"] == MotorCalibration(
-        id=3, drive_mode=1, homing_offset=-12, range_min=800, range_max=3200
-    )
+    assert found["elbow"] == MotorCalibration(id=3, drive_mode=1, homing_offset=-12, range_min=800, range_max=3200)
     write_calibration(file, found)
     assert json.loads(file.read_text()) == ONE
     assert list(tmp_path.iterdir()) == [file]
@@ -144,7 +142,10 @@ def test_a_calibration_by_hand_ends_in_the_motors_and_in_the_file(chain: ServoCh
 
 def test_a_file_is_written_into_motors_and_nothing_else_moves(chain: ServoChain, tmp_path: Path) -> None:
     file = tmp_path / "arm.json"
-    joints = {name: MotorCalibration(id=n, homing_offset=5, range_min=1, range_max=4000) for n, name in ((1, "elbow"), (2, "roll"))}
+    joints = {
+        name: MotorCalibration(id=n, homing_offset=5, range_min=1, range_max=4000)
+        for n, name in ((1, "elbow"), (2, "roll"))
+    }
     write_calibration(file, joints)
     write_to_motors(params_of(chain), file)
     assert all(code != 0x83 or params[0] != chain.goal[0] for _, code, params in chain.instructions)

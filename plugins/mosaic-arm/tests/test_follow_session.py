@@ -45,7 +45,9 @@ async def test_the_follower_comes_and_follows_a_leader_that_a_hand_lets_down(
             return link.connection
 
         monkeypatch.setattr("mosaic_arm.commands.follow_session.connected", connected)
-        following = asyncio.create_task(session(link, ArmParams(bus="fake", port="leader"))(link.operator))
+        following = asyncio.create_task(
+            session(link, ArmParams(bus="fake", port="leader", starts_free=True))(link.operator)
+        )
         async with asyncio.timeout(20):
             async for received in link.connection.receivable("state").messages():
                 state = JointState.model_validate_json(received.data)

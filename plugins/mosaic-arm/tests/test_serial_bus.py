@@ -101,7 +101,7 @@ def test_a_calibration_is_kept_in_the_motors(chain: ServoChain) -> None:
 def test_a_motor_that_does_not_take_its_calibration_is_told(chain: ServoChain) -> None:
     with bus_to(chain) as bus:
         chain.drops[1] = 9
-        with pytest.raises(DeviceGone, match="motor 1 .* did not take"):
+        with pytest.raises(DeviceGone, match=r"motor 1 .* did not take"):
             bus.store_calibration(JOINTS)
 
 

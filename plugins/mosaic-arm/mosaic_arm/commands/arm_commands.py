@@ -79,5 +79,5 @@ def follow(
     from mosaic_arm.params import ArmParams
 
     fields = {"port": leader_port, "bus": leader_bus, "calibration": leader_calibration or None, "rate_hz": rate_hz}
-    leader = ArmParams.model_validate({**fields, "on_exit": "release", **joint_params(joint)})
+    leader = ArmParams.model_validate({**fields, "starts_free": True, "on_exit": "release", **joint_params(joint)})
     return FollowSession(robot, label, state, leader, rate_hz, approach_radps, as_json)

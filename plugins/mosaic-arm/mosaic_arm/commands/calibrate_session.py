@@ -48,7 +48,7 @@ def calibrate(
     params: ArmParams, path: Path, full_turn: list[str], enter: Callable[[], EnterKey] = EnterKey,
     bus: ServoBus | None = None,
 ) -> dict[str, MotorCalibration]:  # fmt: skip
-    """Guide, store and write; the motors are off all the time. Raises :class:`~mosaic_core.words.errors.MosaicError`."""
+    """Guide, store and write; the motors are off all the time. Raises :class:`~mosaic_core.MosaicError`."""
     ids = {name: one.id for name, one in params.joints.items()}
     plain = [MotorCalibration(id=motor, range_min=0, range_max=4095) for motor in ids.values()]
     with bus or bus_of(params, plain) as opened:

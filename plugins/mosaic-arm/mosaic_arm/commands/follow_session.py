@@ -74,7 +74,7 @@ class FollowSession:
     as_json: bool
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        with KeptArm(self.leader, is_free=True) as leader:
+        with KeptArm(self.leader) as leader:
             if not await asyncio.to_thread(leader.wait_open, LEADER_OPENS_S):
                 raise leader.gone
             connection = await connected(operator, self.robot)
@@ -151,7 +151,9 @@ class _Lead:
         snapshot, there = self._leader.snapshot, self._follower.now(asyncio.get_running_loop().time())
         if snapshot is None or there is None:
             return None
-        return max((abs(angle - there[one]) for one, angle in snapshot.angles_rad.items() if one in there), default=None)
+        return max(
+            (abs(angle - there[one]) for one, angle in snapshot.angles_rad.items() if one in there), default=None
+        )
 
     def _status(self) -> dict[str, Any]:
         ages = sorted(self._follower.ages_ms)
@@ -171,9 +173,11 @@ class _Lead:
 
 def status_line(status: dict[str, Any]) -> str:
     """The same for people."""
-    shown = lambda key, unit: "–" if status[key] is None else f"{status[key]:g} {unit}"  # noqa: E731 - said five times
+
+    def shown(key: str, unit: str) -> str:
+        return "–" if status[key] is None else f"{status[key]:g} {unit}"
+
     refused = f", {status['refusals']} refused ({status['last_refusal']})" if status["refusals"] else ""
-    return (
-        f"{status['phase']}: behind {shown('behind_rad', 'rad')}, round trip {shown('round_trip_ms', 'ms')}, age of its "
-        f"state {shown('state_age_ms', 'ms')} (p99 {shown('state_age_p99_ms', 'ms')}), {status['sent']} sent{refused}"
-    )
+    age = f"{shown('state_age_ms', 'ms')} (p99 {shown('state_age_p99_ms', 'ms')})"
+    way = f"behind {shown('behind_rad', 'rad')}, round trip {shown('round_trip_ms', 'ms')}, age of its state {age}"
+    return f"{status['phase']}: {way}, {status['sent']} sent{refused}"

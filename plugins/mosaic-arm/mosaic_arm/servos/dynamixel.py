@@ -39,7 +39,7 @@ def crc16(data: bytes) -> int:
 
 
 class DynamixelFormat:
-    """Implements ``PacketFormat``."""
+    """Spells and reads packets of protocol 2, as a ``PacketFormat``."""
 
     address_size = 2
     overhead = 11
@@ -75,7 +75,10 @@ class DynamixelFormat:
 def reading(reply: ServoReply) -> MotorReading:
     """Registers 126 to 146 of one motor. Its faults stand in another register."""
     data = reply.data
-    number = lambda at, size: int.from_bytes(data[at : at + size], "little", signed=True)  # noqa: E731 - as above
+
+    def number(at: int, size: int) -> int:
+        return int.from_bytes(data[at : at + size], "little", signed=True)
+
     return MotorReading(
         ticks=number(6, 4),
         ticks_per_s=number(2, 4) * _TICKS_PER_S,

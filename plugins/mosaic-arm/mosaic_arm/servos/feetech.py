@@ -22,7 +22,7 @@ def checksum(body: bytes) -> int:
 
 
 class FeetechFormat:
-    """Implements ``PacketFormat``."""
+    """Spells and reads Feetech's packets, as a ``PacketFormat``."""
 
     address_size = 1
     overhead = 6
@@ -63,7 +63,10 @@ def from_sign_bit(raw: int, bit: int) -> int:
 
 def reading(reply: ServoReply) -> MotorReading:
     """Registers 56 to 63 of one motor."""
-    number = lambda at: int.from_bytes(reply.data[at : at + 2], "little")  # noqa: E731 - a name for one expression
+
+    def number(at: int) -> int:
+        return int.from_bytes(reply.data[at : at + 2], "little")
+
     return MotorReading(
         ticks=from_sign_bit(number(0), 15),
         ticks_per_s=from_sign_bit(number(2), 15),

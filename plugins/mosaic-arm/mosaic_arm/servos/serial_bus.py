@@ -18,7 +18,7 @@ PING_TRIES = 2
 
 
 class SerialBus:
-    """Implements ``ServoBus``."""
+    """Speaks with real motors over a line, as a ``ServoBus``."""
 
     def __init__(self, line: SerialLine, registers: ServoRegisters, motors: Sequence[int]) -> None:
         self._line = line

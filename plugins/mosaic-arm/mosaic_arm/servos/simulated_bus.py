@@ -21,11 +21,9 @@ ROOM_C = 30.0
 
 
 class SimulatedBus:
-    """Implements ``ServoBus``. It moves when it is read, by the time that has passed on ``clock``."""
+    """Plays motors, as a ``ServoBus``. It moves when it is read, by the time that has passed on ``clock``."""
 
-    def __init__(
-        self, joints: Sequence[MotorCalibration], clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, joints: Sequence[MotorCalibration], clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._joints = {one.id: one for one in joints}
         self._ticks = {one.id: (one.range_min + one.range_max) / 2 for one in joints}
