@@ -8,6 +8,7 @@ so that nothing swings when the power comes.
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -50,6 +51,7 @@ class Arm:
         self._gone: DeviceGone = OPENING
         self._goals: dict[str, float] = {}
         self._sent: dict[str, float] = {}
+        self._rates: dict[str, float] = {}
         self._strength: dict[str, float] = {}
         self._mover: object = None
         self._wants_power = not is_free
@@ -101,8 +103,12 @@ class Arm:
         with self._lock:
             return self._standing(name)
 
-    def aim(self, angles_rad: Mapping[str, float], by: object, strength_percent: float | None = None) -> None:
-        """Go there, each joint within its limits. ``strength_percent``: with so much of the torque allowed. Raises
+    def aim(
+        self, angles_rad: Mapping[str, float], by: object, *, duration_s: float | None = None,
+        strength_percent: float | None = None,
+    ) -> None:  # fmt: skip
+        """Go there, each joint within its limits, in ``duration_s`` if its rate allows, ``None``: as fast as that
+        allows. ``strength_percent``: with so much of the torque allowed. Raises
         :class:`Refused` while the bus is away (``plugin.no_device``) or the motors are off (``arm.free``)."""
         with self._lock:
             if self._snapshot is None:
@@ -110,7 +116,8 @@ class Arm:
             if not self._wants_power:
                 raise Refused("arm.free")
             for name, angle_rad in angles_rad.items():
-                self._goals[name] = self.joints[name].within(angle_rad)
+                self._goals[name] = goal = self.joints[name].within(angle_rad)
+                self._rates[name] = abs(goal - self._sent[name]) / duration_s if duration_s else math.inf
                 if strength_percent is not None:
                     self._strength[name] = strength_percent
             self._mover = by
@@ -200,7 +207,7 @@ class Arm:
         with self._lock:
             wants_power, strength, self._strength = self._wants_power, self._strength, {}
             for name, goal in self._goals.items():
-                most = self.joints[name].max_radps * step_s
+                most = min(self.joints[name].max_radps, self._rates.get(name, math.inf)) * step_s
                 self._sent[name] += min(max(goal - self._sent[name], -most), most)
             sent = dict(self._sent)
         if strength:

@@ -28,8 +28,7 @@ class ArmGripper(DataChannelReceivable[GripperTarget]):
         self._opening_m = arm.params.gripper_opening_m
         self._force_n = arm.params.gripper_force_n
         self._m_per_rad = self._opening_m / (joint.high_rad - joint.low_rad)
-        rate_mps = joint.max_radps * self._m_per_rad
-        self.limits = {"position": FieldBounds(min=0.0, max=self._opening_m, max_rate_per_s=rate_mps)}
+        self.limits = {"position": FieldBounds(min=0.0, max=self._opening_m)}
 
     def reported_position(self, field: str) -> float | None:
         angle_rad = self._arm.standing_rad(self._joint.name)
@@ -42,7 +41,7 @@ class ArmGripper(DataChannelReceivable[GripperTarget]):
         """Receiver's thread."""
         angle_rad = self._joint.low_rad + data.position / self._m_per_rad
         percent = 100.0 if data.max_effort is None else min(100.0, 100 * data.max_effort / self._force_n)
-        self._arm.aim({self._joint.name: angle_rad}, self, percent)
+        self._arm.aim({self._joint.name: angle_rad}, self, strength_percent=percent)
 
     def make_safe(self, cause: str) -> None:
         """Safety thread: what it holds stays held."""

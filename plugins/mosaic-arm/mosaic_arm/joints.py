@@ -9,7 +9,10 @@ from mosaic_arm.shared_arm import KeptArm, shared_arm
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds
 from mosaic_core.messages import JointTarget
 
-TIMEOUT_S = 0.3
+TIMEOUT_S = 3.0
+"""Silence after which the arm stands. A page sends one target, and the arm shall get there: it ends by itself. Who
+leaves, loses the lease or is cut off stops it at once or within the lease's keep-alive, however long this is. For
+streams the file says less."""
 TRIAL: dict[str, Any] = {"arm": {"bus": "fake", "port": "trial"}}
 """An arm that runs on any machine."""
 RESOURCE = "arm"
@@ -17,7 +20,7 @@ RESOURCE = "arm"
 
 
 class ArmJoints(DataChannelReceivable[JointTarget]):
-    """Moves joints, each within its angles and at its rate."""
+    """Moves joints, each within its angles. At which rate is the arm's own affair, so that one target is enough."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
     timeout_s = TIMEOUT_S
@@ -29,7 +32,7 @@ class ArmJoints(DataChannelReceivable[JointTarget]):
         self._arm = arm
         self.item_names = tuple(arm.joints)
         self.limits = {
-            f"positions.{name}": FieldBounds(min=joint.low_rad, max=joint.high_rad, max_rate_per_s=joint.max_radps)
+            f"positions.{name}": FieldBounds(min=joint.low_rad, max=joint.high_rad)
             for name, joint in arm.joints.items()
         }
 
@@ -38,7 +41,7 @@ class ArmJoints(DataChannelReceivable[JointTarget]):
 
     def handle_data(self, data: JointTarget) -> None:
         """Receiver's thread."""
-        self._arm.aim(dict(zip(data.names, data.positions, strict=True)), self)
+        self._arm.aim(dict(zip(data.names, data.positions, strict=True)), self, duration_s=data.duration_s)
 
     def make_safe(self, cause: str) -> None:
         """Safety thread: it stays where it is, and is not let go, for it would fall."""

@@ -44,8 +44,8 @@ class ArmState(DataChannelSendable[JointState]):
 def joint_state(snapshot: ArmSnapshot) -> JointState:
     return JointState(
         names=list(snapshot.angles_rad),
-        positions=list(snapshot.angles_rad.values()),
-        velocities=list(snapshot.speeds_radps.values()),
+        positions=[round(angle, 5) for angle in snapshot.angles_rad.values()],
+        velocities=[round(speed, 4) for speed in snapshot.speeds_radps.values()],
         timestamp=snapshot.stamp_us,
     )
 
