@@ -36,7 +36,7 @@ SIDE_BY_SIDE = ("-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reord
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
-TYPED = ["mosaic_core", "release", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
+TYPED = ["mosaic_core", "release", *(str(next(plugin.glob("mosaic_*/")).relative_to(ROOT)) for plugin in PLUGINS)]
 
 
 @nox.session

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 VARIABLE = re.compile(r"(?:\$\{)?(MOSAIC_[A-Z][A-Z0-9_]*)\}?")
-PRODUCT = (ROOT / "mosaic_core", *ROOT.glob("plugins/*/mosaic_*"))
+PRODUCT = (ROOT / "mosaic_core", *ROOT.glob("plugins/*/mosaic_*/"))
 TOOLS = (ROOT / "tests", ROOT / "docs", ROOT / "noxfile.py", ROOT / "conftest.py", ROOT / "dev", ROOT / "bench")
 BETWEEN_OURSELVES = {
     "MOSAIC_CHECK_PASSWORD": "told by the demo to its own child",
