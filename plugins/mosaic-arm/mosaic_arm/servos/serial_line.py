@@ -13,7 +13,9 @@ from mosaic_core import DeviceGone
 
 QUIET_S = 0.02
 """Nobody answers any more after so much silence: an FTDI adapter keeps bytes back for 16 ms."""
-WRITE_S = 0.05
+WRITE_S = 0.5
+"""A port that takes a packet no sooner is broken. Less would take a busy machine for one: pyserial looks at the clock
+also behind the last byte."""
 _POLL_S = 0.005
 _BITS_PER_BYTE = 10
 
