@@ -9,6 +9,7 @@ import pytest
 
 from mosaic_arm.calibration import MotorCalibration
 from mosaic_arm.params import ArmParams
+from mosaic_arm.servos import serial_line
 from mosaic_arm.servos.bus import MotorReading
 from mosaic_arm.servos.simulated_bus import SimulatedBus
 from mosaic_arm.shared_arm import KeptArm, shared_key
@@ -105,6 +106,18 @@ class ArmOnClock:
         snapshot = self.arm.snapshot
         assert snapshot is not None
         return snapshot.angles_rad[name]
+
+
+@pytest.fixture(autouse=True)
+def patient_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motors on a busy machine answer late; only who is not there shall be missed."""
+    monkeypatch.setattr(serial_line, "QUIET_S", 10.0)
+
+
+@pytest.fixture
+def soon_silent(patient_lines: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests in which somebody does not answer."""
+    monkeypatch.setattr(serial_line, "QUIET_S", 0.4)
 
 
 @pytest.fixture

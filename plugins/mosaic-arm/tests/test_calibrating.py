@@ -151,6 +151,7 @@ def test_a_file_is_written_into_motors_and_nothing_else_moves(chain: ServoChain,
     assert all(code != 0x83 or params[0] != chain.goal[0] for _, code, params in chain.instructions)
 
 
+@pytest.mark.usefixtures("soon_silent")
 def test_a_motor_that_is_missing_is_named_before_anything_is_let_go(chain: ServoChain, tmp_path: Path) -> None:
     del chain.motors[2]
     params = params_of(chain)

@@ -47,6 +47,7 @@ def test_all_motors_are_read_at_once_and_written_at_once(chain: ServoChain) -> N
         assert [code for _, code, _ in chain.instructions[before:]] == [0x82, 0x83, 0x82]
 
 
+@pytest.mark.usefixtures("soon_silent")
 def test_a_reply_that_is_dropped_leaves_out_its_motor_alone(chain: ServoChain) -> None:
     with bus_to(chain) as bus:
         chain.drops[3] = 1
@@ -54,6 +55,7 @@ def test_a_reply_that_is_dropped_leaves_out_its_motor_alone(chain: ServoChain) -
         assert set(ticks(bus)) == set(MOTORS)
 
 
+@pytest.mark.usefixtures("soon_silent")
 def test_a_wrong_checksum_is_no_reading(chain: ServoChain) -> None:
     with bus_to(chain) as bus:
         chain.breaks[2] = 1
@@ -66,12 +68,14 @@ def test_noise_between_replies_costs_nothing(chain: ServoChain) -> None:
         assert set(ticks(bus)) == set(MOTORS)
 
 
+@pytest.mark.usefixtures("soon_silent")
 def test_motors_that_are_not_there_are_named(chain: ServoChain) -> None:
     del chain.motors[2], chain.motors[5]
     with bus_to(chain) as bus:
         assert bus.missing() == [2, 5]
 
 
+@pytest.mark.usefixtures("soon_silent")
 def test_a_first_ping_may_be_lost(chain: ServoChain) -> None:
     chain.drops[4] = 1
     with bus_to(chain) as bus:
@@ -98,6 +102,7 @@ def test_a_calibration_is_kept_in_the_motors(chain: ServoChain) -> None:
         assert bus.homing_offsets() == {motor: -10 * motor for motor in MOTORS}
 
 
+@pytest.mark.usefixtures("soon_silent")
 def test_a_motor_that_does_not_take_its_calibration_is_told(chain: ServoChain) -> None:
     with bus_to(chain) as bus:
         chain.drops[1] = 9
