@@ -96,12 +96,14 @@ class HandlerRuns:
         for group in connector.groups:
             counters = ConnectorCounters()
             self.counters.update((handler.label, counters) for handler in group.handlers)
+        routes = data_routes([connector], self.counters)
+        for route in routes.values():  # first: a handler may send from the moment in which it is bound
+            self.routes[route.label] = route
+            self.outbox.add_channel(route.label, route.terms, route.counters)
         for handler in connector.handlers:
             self._take(handler, [one.label for one in connector.handlers])
-        for route in data_routes([connector], self.counters).values():
-            self.routes[route.label] = route
-            audience = self._with_receiver(route)
-            self.outbox.add_channel(route.label, route.terms, route.counters, audience)
+        for route in routes.values():
+            self.outbox.set_audience(route.label, self._with_receiver(route))
         for _, camera in handlers_of([connector], MediaTrackHandler):
             self.media.add_label(camera.label, camera.encoding, self.counters[camera.label], camera.packet_codec)
         for _, microphone in handlers_of([connector], AudioTrackHandler):

@@ -963,7 +963,7 @@ GUARDS: dict[str, Patch] = {
         ArrivalBaseline, "age_s", lambda self, stamp_us, now_s: now_s - stamp_us / 1e6
     ),
     "rate": without(Gate.RATE),
-    "only finite numbers move": in_module("mosaic_core.machines.commands.safety_envelope._number", without_numbers),
+    "only finite numbers move": in_module("mosaic_core.machines.commands.safety_envelope.number_at", without_numbers),
     "clamp": in_module("mosaic_core.machines.commands.safety_envelope.clamped", lambda *_: None),
     "slew": in_module("mosaic_core.machines.commands.safety_envelope.reach", far_too_far),
     "slew for as long as it was": in_module("mosaic_core.machines.commands.slew.MAX_RISE_STEP_S", 10.0),
