@@ -198,8 +198,10 @@ async def test_motion_is_made_safe_before_the_old_handler_goes(bench: Bench, cap
         bench.edit("connectors/wheels.py", '"old"', '"new"')
         await until(lambda: pad.send_json({"speed_mps": 0.7}) and "new turns 0.7" in story())
         lines = story().splitlines()
-        assert lines.index("old safe safety.reload") < lines.index("new turns 0.7")
-        assert not any(line.startswith("old turns") for line in lines[lines.index("old safe safety.reload") :])
+        # A command that the safe action overtakes may still come through; then it is made safe once more.
+        safe = max(place for place, line in enumerate(lines) if line == "old safe safety.reload")
+        assert safe < lines.index("new turns 0.7")
+        assert not any(line.startswith("old turns") for line in lines[safe:])
         assert live.connection.state == "connected"
 
 
