@@ -959,6 +959,14 @@ export const REASONS = {
   'recorder.no_picture': { sentence: 'The camera gave no picture that could be stored.', cure: 'Check the camera.' },
   'recorder.busy': { sentence: 'Too many snapshots are being taken at once.', cure: 'Wait for the answers.' },
   'recorder.failed': { sentence: 'The recording ended with an error.', cure: "Look into the robot's log." },
+  'arm.free': { sentence: "The arm's motors are off, to move it by hand.", cure: "Switch them on by `arm-freedrive`, and see that nobody's hand is in the way." },
+  'arm.not_held': { sentence: 'Without its motors the arm falls.', cure: 'Hold it, and say so in the request.' },
+  'arm.overtaken': { sentence: 'A stop or another command ended the way of the arm to its pose.', cure: 'Ask again when nobody else moves it.' },
+  'arm.unknown_pose': { sentence: 'The arm has no pose of this name.', cure: 'Ask for the list; save the present one by this name.' },
+  'arm.no_pose_file': { sentence: "Poses can't be saved.", cure: 'Name a file that the robot may write in the params of `arm-poses`.' },
+  'arm.too_many_poses': { sentence: 'The file of poses is full.', cure: 'Remove some from it.' },
+  'arm.too_slow': { sentence: 'The way to the pose would take longer than a request may.', cure: 'Ask for more speed.' },
+  'arm.not_there': { sentence: 'The arm did not get to its pose.', cure: 'See what is in its way, and whether its torque is enough: `torque_percent`.' },
 } as const
 /** One of the codes of `REASONS`. */
 export type ReasonCode = keyof typeof REASONS
