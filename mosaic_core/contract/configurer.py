@@ -126,6 +126,8 @@ class Configurer(ABC, Generic[P]):
 
     connector_type: ClassVar[str] = ""
     """The YAML ``type``: equals the entry point's name."""
+    is_called_as_by_originals: ClassVar[bool] = False
+    """The type is spelt as the files of original robots spell it, which need not be kebab-case."""
     params_model: ClassVar[type[Params]] = NoParams
     example: ClassVar[dict[str, Any] | None] = None
     """``params`` to paste, shown by ``mosaic connectors show``; ``None``: made from the defaults."""

@@ -50,7 +50,7 @@ def type_is_its_name(one: Examinee) -> Iterator[Fault]:
     if said != one.connector_type:
         place = place_of_attribute(one.configurer, "connector_type") if said else one.place
         yield Fault(f"connector_type is {said!r}, its entry point is called {one.connector_type!r}", place)
-    if not _KEBAB.fullmatch(one.connector_type):
+    if not one.configurer.is_called_as_by_originals and not _KEBAB.fullmatch(one.connector_type):
         yield Fault(f"{one.connector_type!r} is not written in small letters joined by -", one.entry_place)
 
 

@@ -85,9 +85,9 @@ class Examinee:
         told = self.configurer.trial
         return self.example if told is None else dict(told)
 
-    def configured(self, params: Mapping[str, Any]) -> Configured:
+    def configured(self, params: Mapping[str, Any], safety: Mapping[str, Any] | None = None) -> Configured:
         """A robot with this one connector, and a camera for each that it names. Raises :class:`ConfigError`."""
-        one = connector(self.configurer, label=LABEL, params=params)
+        one = connector(self.configurer, label=LABEL, params=params, safety=safety)
         (alone,) = checked_config([one]).connectors
         named = dict.fromkeys(label for _, label in named_in(alone.params, CameraLabel))
         cameras = [connector(StandInCameraConfigurer, label=label) for label in named]

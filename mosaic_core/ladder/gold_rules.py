@@ -53,9 +53,9 @@ def is_explained(one: Examinee) -> Iterator[Fault]:
         file = pages[0][0]
         yield Fault(f"no YAML block of {Path(file).name} or docs/ has `type: {one.connector_type}`", CodePlace(file))
     for place, entry in examples:
-        params = entry.get("params") or {}
+        params, safety = (entry.get(key) or {} for key in ("params", "safety"))
         try:
-            one.configured(params if isinstance(params, dict) else {})
+            one.configured(params if isinstance(params, dict) else {}, safety if isinstance(safety, dict) else {})
         except ConfigError as error:
             said = "; ".join(problem.message for problem in error.problems)
             yield Fault(f"the example is refused: {said}", place)

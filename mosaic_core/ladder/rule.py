@@ -26,7 +26,8 @@ class ShipmentRule:
 
 @dataclass(frozen=True, slots=True)
 class ConnectorRule:
-    """A rule about each connector type; otherwise like :class:`ShipmentRule`. An ``async`` check runs the connector."""
+    """A rule about each connector type; otherwise like :class:`ShipmentRule`. An ``async`` check runs the connector.
+    ``mostly_waits``: it is asked of all types side by side, since nothing of theirs can hold up another's."""
 
     name: str
     level: Level
@@ -34,6 +35,7 @@ class ConnectorRule:
     why: str
     cure: str
     check: Callable[[Examinee], Faults | Awaitable[Faults]]
+    mostly_waits: bool = False
 
 
 LadderRule: TypeAlias = ShipmentRule | ConnectorRule

@@ -18,6 +18,8 @@
     async with joined(connector(BatteryConfigurer), network=impaired_network("4g")) as link:    # real, bad WebRTC
         ...
 
+    assert await missing_to_gold("acme-gauge") == []                # what `mosaic plugin check` says of the plugin
+
 The pytest plugin adds the fixtures ``fake_clock``, ``impaired_network`` and ``install_distribution``. It lives in this
 package and is loaded with every pytest run, so the names are imported when first used.
 """
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from mosaic_core.laboratory.memory_ends import MemoryFrame
     from mosaic_core.laboratory.memory_network import MemoryNetwork
     from mosaic_core.laboratory.networks import Network, WebRtcNetwork
+    from mosaic_core.ladder.missing import missing_to_gold
     from mosaic_core.machines.laboratory.impaired_link import LinkProfile
     from mosaic_core.testing.asking import Answered, ask
     from mosaic_core.testing.building import build
@@ -65,6 +68,7 @@ _NAMES_IN = {
     "laboratory.memory_ends": "MemoryFrame",
     "laboratory.memory_network": "MemoryNetwork",
     "laboratory.networks": "LinkProfile Network WebRtcNetwork",
+    "ladder.missing": "missing_to_gold",
 }
 _HOME = {name: module for module, names in _NAMES_IN.items() for name in names.split()}
 
@@ -104,6 +108,7 @@ __all__ = [
     "fake_host",
     "feed",
     "joined",
+    "missing_to_gold",
     "take_frames",
     "take_sounds",
     "until",

@@ -47,6 +47,11 @@ def test_a_thermometer_that_is_gone_is_a_refusal_in_words(tmp_path: Path) -> Non
         build(DriftConfigurer, params={"path": str(tmp_path / "none")}).answer(Watch(seconds=1), Request())
 
 
+def test_a_thermometer_that_is_made_up_answers_too() -> None:
+    drift = build(DriftConfigurer, params={"path": "made-up"}).answer(Watch(seconds=0.01), Request())
+    assert 20 <= drift.lowest_c <= drift.highest_c < 25
+
+
 async def test_an_operator_asks_and_hears_how_far_it_is(file: Path) -> None:
     told: list[dict[str, float]] = []
     async with joined(connector(DriftConfigurer, params={"path": str(file)})) as link:

@@ -46,3 +46,8 @@ def test_one_that_is_half_written_is_not_shown_before_it_is_whole(tmp_path: Path
 def test_an_empty_folder_is_a_device_that_is_gone(tmp_path: Path) -> None:
     with pytest.raises(DeviceGone, match=r"no \*\.png in"):
         take_frames(build(NewestPictureConfigurer, params={"folder": str(tmp_path)}), 1)
+
+
+def test_a_picture_that_nobody_took_needs_no_folder() -> None:
+    (picture,) = take_frames(build(NewestPictureConfigurer, params={"folder": "made-up"}), 1)
+    assert picture.shape == (120, 160, 3)

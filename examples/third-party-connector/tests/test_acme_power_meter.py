@@ -45,6 +45,10 @@ def test_it_reads_voltage_and_current() -> None:
         assert collect(meter, 2) == [Power(voltage_v=12.5, current_a=0.25)] * 2
 
 
+def test_an_instrument_that_is_made_up_answers_too() -> None:
+    assert collect(build(PowerMeterConfigurer, params={"host": "made-up"}), 1) == [Power(voltage_v=12, current_a=0.5)]
+
+
 def test_what_is_no_number_is_a_device_that_is_gone() -> None:
     with instrument({b"MEAS:VOLT?\n": b"OVLD\n"}) as port:
         meter = build(PowerMeterConfigurer, params={"host": "127.0.0.1", "port": port})

@@ -83,6 +83,7 @@ class OriginalImageConfigurer(MediaTrackConfigurer[OriginalImageParams]):
     """Pictures of a ROS 2 topic, by the name that original robots have for it."""
 
     connector_type = "ros2-sender-sensor-Image"
+    is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/camera/image_raw"}
 
     def configure(self) -> RosImage:

@@ -51,6 +51,7 @@ class OriginalPoseConfigurer(_OriginalSender):
     """Poses of a ROS 2 topic (Pose), by the name that original robots have for it."""
 
     connector_type = "ros2-sender-geometry-Pose"
+    is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/pose"}
     type_name = "geometry_msgs/msg/Pose"
     conversion = Conversion(Pose, _stamped_pose)
@@ -60,6 +61,7 @@ class OriginalCovariancePoseConfigurer(_OriginalSender):
     """Poses of a ROS 2 topic (PoseWithCovarianceStamped), by the name that MOSAIC's documentation has for it."""
 
     connector_type = "ros2-sender-geometry-PoseWithCovarianceStamped"
+    is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/amcl_pose"}
     type_name = "geometry_msgs/msg/PoseWithCovarianceStamped"
     conversion = Conversion(NestedPose, _nested_pose)
@@ -69,6 +71,7 @@ class OriginalFixConfigurer(_OriginalSender):
     """GPS fixes of a ROS 2 topic (NavSatFix), by the name that original robots have for it."""
 
     connector_type = "ros2-sender-sensor-NavSatFix"
+    is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/fix"}
     type_name = "sensor_msgs/msg/NavSatFix"
     conversion = Conversion(GpsFix, CONVERSIONS["sensor_msgs/msg/NavSatFix"].convert)

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Handler
+from mosaic_core.contract.units import unit
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.connectors.listening import TopicListener
@@ -59,7 +60,11 @@ class OriginalPointCloudParams(PointCloudParams):
     """The params that original robots have."""
 
     topic_name: str = Field(min_length=1, description="The topic.")
-    voxel_size: float | None = Field(default=None, description="Shaped original robots' octree; has no effect here.")
+    voxel_size: float | None = Field(
+        default=None,
+        description="Shaped original robots' octree; has no effect here.",
+        json_schema_extra=unit("m"),
+    )
     min_points_to_subdivide: int | None = Field(default=None, description="As `voxel_size`.")
 
 
@@ -67,6 +72,7 @@ class OriginalPointCloudConfigurer(DataChannelConfigurer[OriginalPointCloudParam
     """Point clouds of a ROS 2 topic, by the name that original robots have for it."""
 
     connector_type = "ros2-sender-sensor-PointCloud2"
+    is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/points", "stream_mode": "progressive"}
 
     def configure(self) -> Sequence[Handler]:

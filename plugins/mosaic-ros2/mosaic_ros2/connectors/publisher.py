@@ -120,10 +120,12 @@ class OriginalTwistConfigurer(_OriginalTwist):
     """Velocities to a ROS 2 topic (Twist), by the name that original robots have for it."""
 
     connector_type = "ros2-receiver-geometry-Twist"
+    is_called_as_by_originals = True
 
 
 class OriginalTwistStampedConfigurer(_OriginalTwist):
     """Velocities to a ROS 2 topic (TwistStamped), by the name that original robots have for it."""
 
     connector_type = "ros2-receiver-geometry-TwistStamped"
+    is_called_as_by_originals = True
     type_name = TWIST_STAMPED
