@@ -97,7 +97,7 @@ def _missing_widgets(one: Examinee) -> Iterator[Fault]:
         for handler in one.handlers:
             if handler.widget is not None and is_shipped(handler.widget):
                 try:
-                    module_with(handler.widget)
+                    module_with(handler.widget, one.shipment.widgets)
                 except MosaicError as error:
                     place = place_of_attribute(type(handler), "widget")
                     yield Fault(f"{type(handler).__name__} names the widget '{handler.widget}': {error.message}", place)

@@ -15,6 +15,7 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, guess
+from mosaic_core.runtime.widgets import widget_modules
 from mosaic_core.words.errors import MosaicError
 
 MAX_FILES = 400
@@ -32,6 +33,8 @@ class Shipment:
     metadata: Mapping[str, tuple[str, ...]]
     tree: Path | None = None
     wheel: str = ""
+    widgets: tuple[EntryPoint, ...] = ()
+    """The modules of widgets that a source tree names; those of what is installed are found like any other's."""
     only: frozenset[str] = field(default_factory=frozenset)
     """The connector types that were asked for; none: all."""
 
@@ -151,9 +154,7 @@ def _of_folder(folder: Path) -> Shipment:
     installed = _installed().get(_normal(name))
     if installed is not None and installed.tree is not None and installed.tree.samefile(folder):
         return installed
-    points = tuple(
-        EntryPoint(str(one), str(value), GROUP) for one, value in project.get("entry-points", {}).get(GROUP, {}).items()
-    )
+    points, widgets = _entry_points(project, GROUP), _entry_points(project, widget_modules.GROUP)
     if not points:
         message = f"{folder} names no connectors"
         cure = f'its pyproject.toml lacks [project.entry-points."{GROUP}"], or has no connectors in it'
@@ -161,7 +162,13 @@ def _of_folder(folder: Path) -> Shipment:
     for path in (folder, folder / "src"):
         if path.is_dir() and str(path) not in sys.path:
             sys.path.insert(0, str(path))
-    return Shipment(name, str(project.get("version", "")), points, _metadata_of(project, folder), folder)
+    metadata = _metadata_of(project, folder)
+    return Shipment(name, str(project.get("version", "")), points, metadata, folder, widgets=widgets)
+
+
+def _entry_points(project: Mapping[str, Any], group: str) -> tuple[EntryPoint, ...]:
+    named = project.get("entry-points", {}).get(group, {})
+    return tuple(EntryPoint(str(one), str(value), group) for one, value in named.items())
 
 
 def _project_of(folder: Path) -> dict[str, Any]:

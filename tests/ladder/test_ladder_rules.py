@@ -108,6 +108,17 @@ async def test_a_widget_that_the_distribution_does_not_ship_is_told(plugin: Good
     assert "no installed distribution ships widgets as 'acme-gauge'" in failed.faults[0].message
 
 
+async def test_a_widget_of_a_source_tree_needs_no_installation_but_its_file(plugin: GoodPlugin) -> None:
+    body = "    def messages(self) -> Iterator[Reading]:"
+    plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
+    named = '[project.entry-points."mosaic.widgets"]\nacme-gauge = "acme_gauge"\n\n[project.entry-points'
+    plugin.spoil(P, "[project.entry-points", named)
+    (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
+    assert "has no file" in failed.faults[0].message
+    (plugin.folder / "acme_gauge" / "acme-gauge.js").write_text("export function Panel() {}")
+    assert [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"] == []
+
+
 @pytest.mark.parametrize("name", BREACHES)
 async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, name: str) -> None:
     file, old, new, told = BREACHES[name]

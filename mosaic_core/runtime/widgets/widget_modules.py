@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -51,14 +51,15 @@ def announced_module(hint: str | None) -> WidgetModule | None:
         return None
 
 
-def module_with(hint: str) -> FoundModule:
-    """The module of ``acme-arm/ArmPanel``. Raises :class:`MosaicError` (``config.broken_plugin``) where no distribution
-    has it, several have, its file is missing or can't be served, or nothing in it is called like that."""
+def module_with(hint: str, not_installed: Sequence[EntryPoint] = ()) -> FoundModule:
+    """The module of ``acme-arm/ArmPanel``; ``not_installed``: those of a source tree that can be imported. Raises
+    :class:`MosaicError` (``config.broken_plugin``) where no distribution has it, several have, its file is missing or
+    can't be served, or nothing in it is called like that."""
     name, _, export = hint.partition("/")
     if not _EXPORT.fullmatch(export):
         cure = "write module/Export, such as acme-arm/ArmPanel"
         raise MosaicError(f"{export!r} can't be exported by a module", code="config.broken_plugin", cure=cure)
-    found = read_module(_point(name))
+    found = read_module(_point(name, not_installed))
     text = found.content.decode()
     if not re.search(rf"(?<![\w$]){re.escape(export)}(?![\w$])", text):
         message = f"{found.path} of {_source(found.announced)} exports no '{export}'{hint_at(export, exports_of(text))}"
@@ -108,9 +109,9 @@ def exports_of(text: str) -> set[str]:
     return {*_DECLARED.findall(text), *(part.split()[-1] for part in listed if part.strip())}
 
 
-def _point(name: str) -> EntryPoint:
+def _point(name: str, not_installed: Sequence[EntryPoint]) -> EntryPoint:
     points = entry_points(group=GROUP)
-    claims = [point for point in points if point.name == name]
+    claims: list[EntryPoint] = [point for point in (*points, *not_installed) if point.name == name]
     if not claims:
         message = f"no installed distribution ships widgets as '{name}'{hint_at(name, points.names)}".rstrip(".")
         cure = f'install the one that does, or name its file: [project.entry-points."{GROUP}"]'

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Handler
-from mosaic_core.contract.units import unit
+from mosaic_core.contract.params import unit
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.connectors.listening import TopicListener
