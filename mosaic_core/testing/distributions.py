@@ -6,6 +6,7 @@ import importlib
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from types import ModuleType
 
 
 def write_distribution(
@@ -45,6 +46,11 @@ def write_distribution(
 def forget_modules_of(folder: Path) -> None:
     """Let the next test import its own modules of the same name."""
     for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
-        if file and Path(file).is_relative_to(folder):
+        if any(Path(place).is_relative_to(folder) for place in _places_of(module)):
             del sys.modules[name]
+
+
+def _places_of(module: ModuleType) -> list[str]:
+    """Its file; of a package without an ``__init__.py``, which has none, its folders."""
+    file = getattr(module, "__file__", None)
+    return [file] if file else [*map(str, getattr(module, "__path__", ()))]

@@ -6,6 +6,8 @@ import json
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -40,6 +42,7 @@ from mosaic_core.testing import (
     feed,
     take_frames,
 )
+from mosaic_core.testing.distributions import forget_modules_of, write_distribution
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import ConfigError
@@ -300,3 +303,13 @@ def test_the_pytest_plugin_loads_nothing_heavy() -> None:
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_a_throw_away_distribution_leaves_no_module_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor a package without an `__init__.py`, which no file of its own gives away."""
+    write_distribution(tmp_path, "acme-gone", modules={"acme_gone_space.inner": "", "acme_gone": ""})
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for name in ("acme_gone_space.inner", "acme_gone"):
+        import_module(name)
+    forget_modules_of(tmp_path)
+    assert [name for name in sys.modules if name.startswith("acme_gone")] == []
