@@ -244,7 +244,7 @@ def test_the_wall_time_of_original_dashboards_is_that_of_the_capture() -> None:
 
 # -- documentation and example -----------------------------------------------------------------------------------
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 def code_blocks() -> list[str]:
