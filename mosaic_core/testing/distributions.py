@@ -46,11 +46,13 @@ def write_distribution(
 def forget_modules_of(folder: Path) -> None:
     """Let the next test import its own modules of the same name."""
     for name, module in list(sys.modules.items()):
-        if any(Path(place).is_relative_to(folder) for place in _places_of(module)):
+        places = _places_of(module)
+        if places and all(Path(place).is_relative_to(folder) for place in places):
             del sys.modules[name]
 
 
 def _places_of(module: ModuleType) -> list[str]:
-    """Its file; of a package without an ``__init__.py``, which has none, its folders."""
+    """Its file; of a package without an ``__init__.py``, which has none, its folders, which may lie in several
+    places."""
     file = getattr(module, "__file__", None)
     return [file] if file else [*map(str, getattr(module, "__path__", ()))]

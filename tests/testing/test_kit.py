@@ -313,3 +313,13 @@ def test_a_throw_away_distribution_leaves_no_module_behind(tmp_path: Path, monke
         import_module(name)
     forget_modules_of(tmp_path)
     assert [name for name in sys.modules if name.startswith("acme_gone")] == []
+
+
+def test_a_package_that_lies_elsewhere_too_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for site in ("ours", "theirs"):
+        write_distribution(tmp_path / site, f"acme-{site}", modules={f"acme_both.{site}": ""})
+        monkeypatch.syspath_prepend(str(tmp_path / site))
+        import_module(f"acme_both.{site}")
+    forget_modules_of(tmp_path / "theirs")
+    assert {name for name in sys.modules if name.startswith("acme_both")} == {"acme_both", "acme_both.ours"}
+    forget_modules_of(tmp_path)
