@@ -99,7 +99,8 @@ class MujocoDrive(Drive[MujocoDriveParams]):
 
     def _rolled(self, twist: Twist) -> Mapping[int, float]:
         params = self.params
-        assert params.wheel_radius_m is not None and params.track_width_m is not None
+        assert params.wheel_radius_m is not None, "the params have been checked"
+        assert params.track_width_m is not None, "the params have been checked"
         wheels = DifferentialBase(params.wheel_radius_m, params.track_width_m).wheels(twist)
         fastest = [fastest_radps(one) for one in (*self._left, *self._right)]
         wheels = saturated(wheels, min(fastest))

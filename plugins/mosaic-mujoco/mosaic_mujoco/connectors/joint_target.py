@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds, unit
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds
 from mosaic_core.messages import JointTarget
 from mosaic_mujoco.params import JointNames, MujocoParams
 from mosaic_mujoco.world.facts import ActuatorFact, JointFact, Span

@@ -12,9 +12,7 @@ from mosaic_mujoco.world.simulation import Simulation
 
 
 class ResetOrder(Message):
-    key: str | None = Field(
-        default=None, max_length=128, description="A key frame of the model; none: where it began."
-    )
+    key: str | None = Field(default=None, max_length=128, description="A key frame of the model; none: where it began.")
 
 
 class ResetDone(Message):

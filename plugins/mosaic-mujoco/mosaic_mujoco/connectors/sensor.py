@@ -36,9 +36,9 @@ class SensorReading(Message):
     schema_id: ClassVar[str] = "mosaic-mujoco/SensorReading@1"
     sensor: str = Field(max_length=128, description="Its name in the model.")
     kind: str = Field(max_length=64, description="As the model's file has it: touch, force, jointpos, …")
-    unit: str = Field(max_length=16, description="Of all values; empty: they have none.")
     values: list[float] = Field(max_length=MAX_VALUES, json_schema_extra=unit(""), description="In the sensor's order.")
     timestamp: int = Field(ge=0, json_schema_extra=unit("µs"), description="Since 1970-01-01 UTC.")
+    unit: str = Field(max_length=16, description="Of all values; empty: they have none.")
 
 
 class MujocoSensorParams(PeriodicParams):
@@ -74,7 +74,8 @@ class _Sensing(DataChannelSendable[M]):
         raise NotImplementedError
 
     def _read(self, data: Any) -> list[Values | None]:
-        return [one and data.sensordata[one.at : one.at + one.size].copy() for one in self._sensors]
+        values = data.sensordata
+        return [None if one is None else values[one.at : one.at + one.size].copy() for one in self._sensors]
 
 
 class MujocoImu(_Sensing[Imu]):

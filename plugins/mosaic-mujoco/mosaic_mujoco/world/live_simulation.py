@@ -1,5 +1,5 @@
-"""The simulation in real time, or as fast as it goes: a thread that advances it while the robot runs. One for each robot
-and model; all connectors that name the model share it."""
+"""The simulation in real time, or as fast as it goes: a thread that advances it while the robot runs. There is one for
+each robot and model; all connectors that name the model share it."""
 
 from __future__ import annotations
 

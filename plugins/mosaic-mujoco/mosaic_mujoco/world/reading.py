@@ -16,8 +16,10 @@ _UNITS = {
     "frameangvel": "rad/s", "framelinacc": "m/s²", "frameangacc": "rad/s²", "subtreecom": "m", "subtreelinvel": "m/s",
     "subtreeangmom": "kg m²/s", "geomdist": "m", "e_potential": "J", "e_kinetic": "J", "clock": "s",
 }  # fmt: skip
-_OF_A_JOINT = {"jointpos": ("rad", "m"), "jointvel": ("rad/s", "m/s"), "jointactuatorfrc": ("Nm", "N"),
-               "jointlimitfrc": ("Nm", "N"), "jointlimitpos": ("rad", "m"), "jointlimitvel": ("rad/s", "m/s")}  # fmt: skip
+_OF_A_JOINT = {
+    "jointpos": ("rad", "m"), "jointvel": ("rad/s", "m/s"), "jointactuatorfrc": ("Nm", "N"),
+    "jointlimitpos": ("rad", "m"), "jointlimitvel": ("rad/s", "m/s"), "jointlimitfrc": ("Nm", "N"),
+}  # fmt: skip
 """Of a hinge, and of a slide."""
 
 
