@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import uuid
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +19,12 @@ from mosaic_mujoco.world.model_file import OWN_MODELS, compiled, model_path
 
 _HEAD = """\
 # {name}, simulated by MuJoCo. `mosaic mujoco show {model}` lists what else the model has.
-#
-# Without a server: mosaic run --serve {file}
+# On its own: mosaic run {file} --serve 127.0.0.1:9002
 version: 1
-server:
-  ws_url: ${{MOSAIC_WS_URL:-ws://127.0.0.1:9001}}
-  auth: {{ type: simple-token, robot_id: {robot_id}, params: {{ token: "${{MOSAIC_TOKEN:-}}" }} }}
+# To register it with a server, which says its robot_id and token:
+# server:
+#   ws_url: wss://mosaic.example.org
+#   auth: {{ type: simple-token, robot_id: "${{MOSAIC_ROBOT_ID}}", params: {{ token: "${{MOSAIC_TOKEN}}" }} }}
 
 connectors:
 """
@@ -42,12 +41,12 @@ def write_robot(model: str, output: Path, *, overwrites: bool) -> None:
     if output.exists() and not overwrites:
         raise MosaicError(f"{output} exists", code="config.invalid", cure="add --force, or name another file")
     output.write_text(text, "utf-8")
-    typer.echo(f"Wrote {output}. Next: mosaic validate {output}, then mosaic run --serve {output}")
+    typer.echo(f"Wrote {output}. Next: mosaic validate {output}, then mosaic run {output} --serve 127.0.0.1:9002")
 
 
 def robot_text(model: str, facts: ModelFacts, wheels: WheelSizes, file: str) -> str:
     """The file as text."""
-    head = _HEAD.format(name=facts.name, model=model, file=file, robot_id=uuid.uuid4())
+    head = _HEAD.format(name=facts.name, model=model, file=file)
     return head + "".join(_line(entry) for entry in connectors_of(model, facts, wheels))
 
 
