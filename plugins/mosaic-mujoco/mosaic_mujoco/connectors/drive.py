@@ -63,9 +63,10 @@ class MujocoDriveParams(DriveParams):
         facts = facts_of_file(self.model)
         velocity = [one.name for one in facts.actuators if one.kind == "velocity"]
         for name in (*self.left, *self.right, *filter(None, (self.x, self.y, self.yaw))):
-            facts.check_name("actuator", name, velocity)
+            facts.check_name("actuator", name, velocity, "velocity actuator")
         if self.heading is not None:
-            facts.check_name("joint", self.heading, [one.name for one in facts.joints if one.kind == "hinge"])
+            hinges = [one.name for one in facts.joints if one.kind == "hinge"]
+            facts.check_name("joint", self.heading, hinges, "hinge")
 
 
 class MujocoDrive(Drive[MujocoDriveParams]):

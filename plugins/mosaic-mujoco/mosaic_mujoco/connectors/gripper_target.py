@@ -42,7 +42,8 @@ class MujocoGripperTargetParams(MujocoParams):
     def _is_a_servo(cls, actuator: str, info: ValidationInfo) -> str:
         if (model := info.data.get("model")) is not None:
             facts = facts_of_file(model)
-            facts.check_name("actuator", actuator, [one.name for one in facts.actuators if one.kind == "position"])
+            servos = [one.name for one in facts.actuators if one.kind == "position"]
+            facts.check_name("actuator", actuator, servos, "position actuator")
         return actuator
 
     @model_validator(mode="after")

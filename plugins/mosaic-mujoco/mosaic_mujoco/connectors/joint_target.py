@@ -33,7 +33,7 @@ class MujocoJointTargetParams(MujocoParams):
         if (model := info.data.get("model")) is not None:
             facts = facts_of_file(model)
             for name in joints:
-                facts.check_name("joint", name, list(facts.servos()))
+                facts.check_name("joint", name, list(facts.servos()), "joint with a position actuator")
         return joints
 
 

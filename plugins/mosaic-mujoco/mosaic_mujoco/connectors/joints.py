@@ -27,7 +27,7 @@ class MujocoJointsParams(PeriodicParams):
         if (model := info.data.get("model")) is not None:
             turning = [one.name for one in facts_of_file(model).turning()]
             for name in joints:
-                facts_of_file(model).check_name("joint", name, turning)
+                facts_of_file(model).check_name("joint", name, turning, "hinge or slide")
         return joints
 
 

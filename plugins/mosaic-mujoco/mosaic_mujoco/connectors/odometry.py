@@ -14,7 +14,7 @@ from mosaic_core.messages import AngularVelocity, LinearVelocity, Odometry, Poin
 from mosaic_mujoco.connectors.sensor import quaternion
 from mosaic_mujoco.params import BodyName, PeriodicParams
 from mosaic_mujoco.world.engine import engine
-from mosaic_mujoco.world.facts import ModelFacts
+from mosaic_mujoco.world.facts import MANY, ModelFacts
 from mosaic_mujoco.world.simulation import Simulation
 
 Numbers = NDArray[np.float64]
@@ -28,8 +28,8 @@ class MujocoOdometryParams(PeriodicParams):
     @model_validator(mode="after")
     def _knows_its_body(self) -> Self:
         if self.body is None and base_of(self.facts) is None:
-            floating = ", ".join(self.facts.bodies[:12])
-            raise ValueError(f"which body of the model {self.facts.name}? Say `body`: one of {floating}")
+            some = ", ".join(self.facts.bodies[:MANY])
+            raise ValueError(f"which body of the model {self.facts.name}? Say `body`; it has {some}")
         return self
 
 

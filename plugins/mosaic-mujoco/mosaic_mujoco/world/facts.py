@@ -106,16 +106,16 @@ class ModelFacts:
             "key frame": self.keys,
         }[kind]
 
-    def check_name(self, kind: NameKind, name: str, among: Sequence[str] | None = None) -> None:
-        """Raises :class:`ValueError` with the nearest name and what there is, if ``name`` is none of ``among``, or of
-        all that the model has."""
+    def check_name(self, kind: NameKind, name: str, among: Sequence[str] | None = None, what: str = "") -> None:
+        """Raises :class:`ValueError` with the nearest name and what there is, if ``name`` is none of all that the model
+        has, or of ``among``, which are ``what``."""
         known = self.names(kind) if among is None else among
         if name in known:
             return
-        has = f"it has {', '.join(known[:MANY])}" if known else "it has none"
+        what = what or kind
         more = f" and {len(known) - MANY} more" if len(known) > MANY else ""
-        what = kind if among is None else f"fitting {kind}"
-        raise ValueError(f"the model {self.name} has no {what} '{name}'{hint_at(name, known)} As {kind}s {has}{more}")
+        has = f"It has {', '.join(known[:MANY])}{more}" if known else "It has none at all"
+        raise ValueError(f"the model {self.name} has no {what} '{name}'{hint_at(name, known)} {has}")
 
     def joint(self, name: str) -> JointFact:
         """Raises :class:`ValueError` as :meth:`check_name`."""
