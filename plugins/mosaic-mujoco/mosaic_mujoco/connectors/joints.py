@@ -15,7 +15,7 @@ from mosaic_mujoco.params import JointNames, PeriodicParams
 from mosaic_mujoco.world.model_file import facts_of_file
 from mosaic_mujoco.world.simulation import Simulation
 
-DIGITS = 5
+DIGITS = 4
 
 
 class MujocoJointsParams(PeriodicParams):

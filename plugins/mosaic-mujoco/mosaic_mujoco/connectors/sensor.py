@@ -26,6 +26,7 @@ from mosaic_mujoco.world.simulation import Simulation
 
 M = TypeVar("M", bound=Message)
 MAX_VALUES = 4096
+DIGITS = 6
 
 Values = NDArray[np.float64]
 
@@ -125,7 +126,7 @@ class MujocoReading(_Sensing[SensorReading]):
             sensor=sensor.name[:128],
             kind=sensor.kind[:64],
             unit=sensor.unit,
-            values=found[:MAX_VALUES].tolist(),
+            values=np.round(found[:MAX_VALUES], DIGITS).tolist(),
             timestamp=wall_time_us(),
         )
 

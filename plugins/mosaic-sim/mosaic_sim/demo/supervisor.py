@@ -82,7 +82,7 @@ def endings_interrupt() -> Iterator[None]:
 
 @contextmanager
 def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = (), shown: DemoRobot = YARD) -> Iterator[RunningDemo]:
-    """Server and the robot ``shown`` for the length of a ``with`` block, in a folder that is removed after it. The robot
+    """Server and the robot ``shown`` for the length of a ``with`` block, in a folder that is removed after it. It
     has the connectors of ``plugins``, too.
 
     Raises :class:`~mosaic_sim.demo.errors.DemoFailed` if anything does not come up.
