@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -55,9 +54,3 @@ def draws() -> None:
         if os.environ.get("CI"):
             raise
         pytest.skip(str(error))
-
-
-def joint_angles(simulation: Simulation, *names: str) -> dict[str, float]:
-    """Where joints are now."""
-    found: dict[str, Any] = {name: simulation.facts.joint(name).position_at for name in names}
-    return {name: simulation.look(lambda data, at=at: float(data.qpos[at])) for name, at in found.items()}

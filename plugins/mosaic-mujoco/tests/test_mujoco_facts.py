@@ -1,6 +1,9 @@
 """What a model has is read from its file; what is wrong with a file is said in MuJoCo's words, with file and line."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -13,7 +16,9 @@ from mosaic_mujoco.connectors.joints import MujocoJointsConfigurer
 from mosaic_mujoco.connectors.odometry import MujocoOdometryConfigurer, base_of
 from mosaic_mujoco.world.facts import Span
 from mosaic_mujoco.world.model_file import ModelUnreadable, facts_of_file
-from .conftest import ModelWriter
+
+if TYPE_CHECKING:
+    from conftest import ModelWriter
 
 ACTUATED = """
 <worldbody>
