@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import Shared
-from mosaic_core.testing import connector, joined
+from mosaic_core.testing import WebRtcNetwork, connector, joined
 from mosaic_mujoco.connectors.camera import MujocoCameraConfigurer
 from mosaic_mujoco.connectors.control import MujocoControlConfigurer
 from mosaic_mujoco.connectors.joint_target import MujocoJointTargetConfigurer
@@ -108,24 +108,27 @@ async def elbow_comes_to(joints: Any, place: float) -> None:
             return
 
 
+@pytest.mark.webrtc
 @pytest.mark.usefixtures("draws")
 async def test_an_operator_sees_the_arm_moves_it_and_puts_it_back() -> None:
-    async with joined(
-        connector(MujocoControlConfigurer, label="simulation", params={**ARM, "speed": 4.0}),
-        connector(MujocoJointTargetConfigurer, label="arm", params=ARM),
-        connector(MujocoJointsConfigurer, label="joints", params={**ARM, "joints": ["elbow"]}),
-        connector(MujocoCameraConfigurer, label="overview", params={**ARM, "width": 64, "height": 48}),
-        connector(MujocoResetConfigurer, label="reset", params=ARM),
-        takes_leases=True,
-    ) as link:
-        connection = link.connection
-        picture = await connection.media("overview").next_image(IN_TIME_S)
-        assert picture.std() > 10
-        arm, joints = connection.sendable("arm"), connection.receivable("joints")
-        await arm.wait_open(IN_TIME_S)
-        assert arm.send_json({"names": ["elbow"], "positions": [1.0]})
-        await elbow_comes_to(joints, 1.0)
-        answer = await connection.request("reset", {})
-        assert answer["key"] == "home"
-        await elbow_comes_to(joints, 1.6)
-        await connection.request("simulation", {"pause": True})
+    with WebRtcNetwork() as network:
+        async with joined(
+            connector(MujocoControlConfigurer, label="simulation", params={**ARM, "speed": 4.0}),
+            connector(MujocoJointTargetConfigurer, label="arm", params=ARM),
+            connector(MujocoJointsConfigurer, label="joints", params={**ARM, "joints": ["elbow"]}),
+            connector(MujocoCameraConfigurer, label="overview", params={**ARM, "width": 64, "height": 48}),
+            connector(MujocoResetConfigurer, label="reset", params=ARM),
+            takes_leases=True,
+            network=network,
+        ) as link:
+            connection = link.connection
+            picture = await connection.media("overview").next_image(IN_TIME_S)
+            assert picture.std() > 10
+            arm, joints = connection.sendable("arm"), connection.receivable("joints")
+            await arm.wait_open(IN_TIME_S)
+            assert arm.send_json({"names": ["elbow"], "positions": [1.0]})
+            await elbow_comes_to(joints, 1.0)
+            answer = await connection.request("reset", {})
+            assert answer["key"] == "home"
+            await elbow_comes_to(joints, 1.6)
+            await connection.request("simulation", {"pause": True})
