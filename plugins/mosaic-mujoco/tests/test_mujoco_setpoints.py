@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_mujoco.world.pace import MAX_CATCH_UP_S, Pace
+from mosaic_mujoco.world.pace import MAX_CATCH_UP_S, StepPace
 from mosaic_mujoco.world.setpoints import Setpoints
 
 GOALS = st.floats(-10, 10)
@@ -50,7 +50,7 @@ def test_without_a_speed_a_signal_is_there_at_once_and_stays_there_when_told() -
 def test_every_second_is_simulated_or_told_to_be_left_out(
     passed_s: list[float], speed: float, timestep_s: float
 ) -> None:
-    pace = Pace(timestep_s, speed)
+    pace = StepPace(timestep_s, speed)
     steps = 0
     for one_s in passed_s:
         due = pace.due(one_s)
@@ -61,7 +61,7 @@ def test_every_second_is_simulated_or_told_to_be_left_out(
 
 
 def test_a_pause_is_not_caught_up() -> None:
-    pace = Pace(0.01)
+    pace = StepPace(0.01)
     assert pace.due(0.055) == 5
     pace.forget()
     assert pace.due(0.005) == 0

@@ -65,7 +65,7 @@ class MujocoGripperTargetParams(MujocoParams):
 
 
 class MujocoGripperTarget(DataChannelReceivable[GripperTarget]):
-    """Made safe, it moves no further, and lets nothing go that it holds."""
+    """A gripper that goes as far as it is told. Made safe, it moves no further, and lets nothing go that it holds."""
 
     delivery = Delivery.LATEST
     requires_lease = True

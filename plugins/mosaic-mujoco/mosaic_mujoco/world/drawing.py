@@ -11,6 +11,7 @@ import os
 import platform
 import threading
 from contextlib import suppress
+from dataclasses import dataclass
 from importlib import import_module
 from types import TracebackType
 from typing import Any
@@ -48,15 +49,13 @@ def backend() -> str:
     raise DeviceGone("MuJoCo has nothing to draw with: neither EGL nor OSMesa is installed", DEBIAN)
 
 
+@dataclass(frozen=True, slots=True)
 class FreeView:
-    """From where a camera looks that is none of the model's; ``None``: as the model says."""
+    """A view of the whole scene by a camera that is none of the model's; ``None``: as the model says."""
 
-    def __init__(
-        self, azimuth_deg: float | None = None, elevation_deg: float | None = None, distance_m: float | None = None
-    ) -> None:
-        self.azimuth_deg = azimuth_deg
-        self.elevation_deg = elevation_deg
-        self.distance_m = distance_m
+    azimuth_deg: float | None = None
+    elevation_deg: float | None = None
+    distance_m: float | None = None
 
 
 class Drawing:

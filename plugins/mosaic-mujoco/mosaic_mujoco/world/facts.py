@@ -18,7 +18,7 @@ MANY = 12
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """From the lowest to the highest value."""
+    """A range, from its lowest to its highest value."""
 
     low: float
     high: float

@@ -12,7 +12,7 @@ from types import TracebackType
 
 from mosaic_core import Shared
 from mosaic_mujoco.world.model_file import model_path
-from mosaic_mujoco.world.pace import Pace
+from mosaic_mujoco.world.pace import StepPace
 from mosaic_mujoco.world.simulation import Simulation
 
 _log = logging.getLogger(__name__)
@@ -47,7 +47,7 @@ class LiveSimulation:
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
-        self._pace = Pace(simulation.timestep_s)
+        self._pace = StepPace(simulation.timestep_s)
         self._is_paused = False
         self._turn = threading.Lock()
         """Held by whoever advances it: the thread, or a single step."""

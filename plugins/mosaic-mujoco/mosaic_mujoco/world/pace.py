@@ -10,7 +10,7 @@ MAX_CATCH_UP_S = 0.1
 
 
 @dataclass(slots=True)
-class Pace:
+class StepPace:
     """``speed``: seconds that are simulated per second; ``None``: as fast as it goes."""
 
     timestep_s: float
