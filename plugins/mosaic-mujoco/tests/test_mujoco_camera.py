@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ctypes
+import platform
 import subprocess
 import sys
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,6 @@ from mosaic_core.testing import build, take_frames
 from mosaic_core.words.finding import Finding
 from mosaic_mujoco import doctor
 from mosaic_mujoco.connectors.camera import MujocoCameraConfigurer
-from mosaic_mujoco.world import drawing
 from mosaic_mujoco.world.drawing import backend
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def test_without_egl_and_osmesa_a_camera_says_what_to_install(
         raise OSError(name)
 
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    monkeypatch.setattr(drawing.platform, "system", lambda: "Linux")
+    monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(ctypes, "CDLL", nothing)
     with pytest.raises(DeviceGone, match="apt install libegl1 libgl1-mesa-dri"):
         pictures(shared, 1, model="vehicle", camera="front")
@@ -91,7 +91,7 @@ def test_osmesa_draws_where_egl_is_missing(monkeypatch: pytest.MonkeyPatch) -> N
             raise OSError(name)
 
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    monkeypatch.setattr(drawing.platform, "system", lambda: "Linux")
+    monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(ctypes, "CDLL", osmesa_alone)
     assert backend() == "osmesa"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 import resource
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def place(simulation: Simulation) -> list[float]:
 
 def joint_angles(simulation: Simulation, *names: str) -> dict[str, float]:
     """Where joints are now."""
-    found: dict[str, Any] = {name: simulation.facts.joint(name).position_at for name in names}
-    return {name: simulation.look(lambda data, at=at: float(data.qpos[at])) for name, at in found.items()}
+    joints = [simulation.facts.joint(name) for name in names]
+    return simulation.look(lambda data: {one.name: float(data.qpos[one.position_at]) for one in joints})
 
 
 def story(steps: int) -> list[float]:

@@ -67,7 +67,7 @@ def test_the_check_looks_at_each_of_its_connectors_but_that_of_the_link(monkeypa
         run.append(command)
         return subprocess.CompletedProcess(command, 0, stdout="[]", stderr="")
 
-    monkeypatch.setattr(headless_check.subprocess, "run", ran)
+    monkeypatch.setattr(subprocess, "run", ran)
     simulated = (OwnConnector("arm", "mujoco-joint-target", "m"), OwnConnector("link", "connection-check", "m"))
     own = (OwnConnector("lamp", "acme-lamp", "acme"),)
     demo: Any = SimpleNamespace(
