@@ -7,6 +7,7 @@ import ctypes
 import platform
 import subprocess
 import sys
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 
 from mosaic_core import Captured, DeviceGone, Shared
 from mosaic_core.contract.checks import CheckContext, NamedConnector
-from mosaic_core.testing import build, take_frames
+from mosaic_core.testing import build, fake_host, take_frames
 from mosaic_core.words.finding import Finding
 from mosaic_mujoco import doctor
 from mosaic_mujoco.connectors.camera import MujocoCameraConfigurer
@@ -52,6 +53,18 @@ def test_what_moves_is_seen_to_move_and_what_stands_is_drawn_once(shared: Shared
     arm.advance(300)
     (moved,) = pictures(shared, 1, model="arm", camera="overview")
     assert np.abs(moved.astype(int) - first.astype(int)).mean() > 1.0
+
+
+@pytest.mark.usefixtures("draws")
+def test_a_reset_is_seen_of_a_simulation_that_is_paused(shared: Shared, arm: Simulation) -> None:
+    arm.reset("upright")
+    camera = build(MujocoCameraConfigurer, params={**SMALL, "model": "arm", "camera": "overview"}, shared=shared)
+    fake_host(camera).arm()
+    frames: Any = camera.frames()
+    with closing(frames):
+        before = next(frames).image
+        arm.reset("home")
+        assert np.abs(next(frames).image.astype(int) - before.astype(int)).mean() > 1.0
 
 
 @pytest.mark.usefixtures("draws")

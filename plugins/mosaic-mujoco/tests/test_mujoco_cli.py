@@ -83,6 +83,11 @@ def test_a_file_that_stands_there_is_kept_unless_it_is_forced(tmp_path: Path) ->
     assert "mujoco-camera" in path.read_text()
 
 
+def test_a_file_that_can_not_be_written_is_an_error_with_a_cure(tmp_path: Path) -> None:
+    with pytest.raises(MosaicError, match="can't be written: No such file or directory"):
+        write_robot("arm", tmp_path / "nowhere" / "robot.yaml", overwrites=False)
+
+
 def test_init_prints_where_no_file_is_wanted() -> None:
     assert yaml.safe_load(run("init", "arm", "-"))["connectors"]
 

@@ -273,6 +273,7 @@ def report(**changes: Any) -> PaceReport:
         (report(time_s=2.0), "ok", "runs"),
         (report(is_paused=True), "ok", "paused"),
         (report(time_s=1.4, left_out_s=0.6), "warn", "falls behind the clock"),
+        (report(left_out_s=1.0, failure="out of memory"), "error", "stands still: out of memory"),
         (report(time_s=0.1, unstable=1, left_out_s=1.0), "error", "became unstable and began anew"),
     ],
 )

@@ -30,6 +30,7 @@ PLANAR = """
 <actuator>
   <velocity name="x" joint="px" kv="2000"/><velocity name="y" joint="py" kv="2000"/>
   <velocity name="yaw" joint="pyaw" kv="200" ctrlrange="-1 1"/><motor name="horn" joint="px"/>
+  <velocity name="loose" joint="px" gear="0"/>
 </actuator>
 """
 
@@ -95,7 +96,7 @@ def test_a_base_without_a_heading_pushes_along_its_own_axes(written: ModelWriter
     simulation = shared_simulation(shared, model).simulation
     drive(shared, type="mujoco", model=model, y="y").apply(Twist.planar(1.0, 0.5))
     simulation.advance(1)
-    assert signals(simulation) == [0.0, 0.5, 0.0, 0.0]
+    assert signals(simulation) == [0.0, 0.5, 0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -119,5 +120,7 @@ def test_an_actuator_of_another_kind_and_a_heading_that_is_no_hinge_are_told(wri
     model = written(PLANAR)
     with pytest.raises(ConfigError, match="no velocity actuator 'horn'"):
         build(CmdVelConfigurer, params={"drive": {"type": "mujoco", "model": model, "x": "horn"}})
+    with pytest.raises(ConfigError, match="no velocity actuator 'loose'"):
+        build(CmdVelConfigurer, params={"drive": {"type": "mujoco", "model": model, "x": "loose"}})
     with pytest.raises(ConfigError, match="no hinge 'px'"):
         build(CmdVelConfigurer, params={"drive": {"type": "mujoco", "model": model, "x": "x", "heading": "px"}})

@@ -17,6 +17,7 @@ from mosaic_mujoco.connectors.control import MujocoControlConfigurer
 from mosaic_mujoco.connectors.joint_target import MujocoJointTargetConfigurer
 from mosaic_mujoco.connectors.joints import MujocoJointsConfigurer
 from mosaic_mujoco.connectors.reset import MujocoResetConfigurer
+from mosaic_mujoco.world.engine import engine
 from mosaic_mujoco.world.live_simulation import LiveSimulation, shared_simulation
 from mosaic_mujoco.world.model_file import model_path
 from mosaic_mujoco.world.simulation import Simulation
@@ -92,6 +93,26 @@ def test_a_machine_that_is_too_slow_is_told_of_once_and_what_is_left_out_is_coun
         assert simulation.wait_for(lambda: live.report.left_out_s > 100.0)
     assert [record.levelname for record in caplog.records] == ["WARNING"]
     assert "falls behind the clock" in caplog.text
+
+
+def test_an_engine_that_gives_up_is_told_with_its_reason_and_tried_again_at_the_next_start(
+    live: LiveSimulation, caplog: pytest.LogCaptureFixture
+) -> None:
+    has_given_up = threading.Event()
+
+    def give_up(data: Any) -> dict[int, float]:
+        has_given_up.set()
+        raise engine().FatalError('out of memory\n(increase <size memory="..."/>)')
+
+    live.simulation.steer("test", give_up)
+    with live:
+        assert has_given_up.wait(IN_TIME_S)
+    assert live.report.failure == 'out of memory (increase <size memory="..."/>)'
+    assert "stands still until the robot starts anew" in caplog.text
+    live.simulation.steer("test", None)
+    with live:
+        assert reaches(live, 20)
+        assert live.report.failure == ""
 
 
 def test_connectors_of_one_model_share_one_simulation(shared: Shared) -> None:

@@ -31,7 +31,8 @@ connectors:
 
 
 def write_robot(model: str, output: Path, *, overwrites: bool) -> None:
-    """Raises :class:`MosaicError` for a model that can't be read and a file that stands there already."""
+    """Raises :class:`MosaicError` for a model that can't be read, a file that stands there already, and one
+    that can't be written."""
     facts = facts_or_error(model)
     named = model if model in OWN_MODELS else os.fspath(Path(model).expanduser())
     text = robot_text(named, facts, wheel_sizes(model, facts), str(output))
@@ -40,7 +41,11 @@ def write_robot(model: str, output: Path, *, overwrites: bool) -> None:
         return
     if output.exists() and not overwrites:
         raise MosaicError(f"{output} exists", code="config.invalid", cure="add --force, or name another file")
-    output.write_text(text, "utf-8")
+    try:
+        output.write_text(text, "utf-8")
+    except OSError as error:
+        message = f"{output} can't be written: {error.strerror}"
+        raise MosaicError(message, code="config.invalid", cure="name a file in a folder that you may write") from error
     typer.echo(f"Wrote {output}. Next: mosaic validate {output}, then mosaic run {output} --serve 127.0.0.1:9002")
 
 

@@ -10,7 +10,7 @@ from pydantic import Field
 from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_mujoco.params import CameraName, MujocoParams
 from mosaic_mujoco.world.drawing import Drawing, FreeView, Pixels
-from mosaic_mujoco.world.simulation import Simulation
+from mosaic_mujoco.world.simulation import Moment, Simulation
 
 
 class MujocoCameraParams(MujocoParams, EncodingParams):
@@ -50,15 +50,16 @@ class MujocoCamera(MediaTrackHandler):
         camera = params.camera or FreeView(params.azimuth_deg, params.elevation_deg, params.distance_m)
         drawing = Drawing(self._simulation, camera, params.width, params.height, has_shadows=params.shadows)
         picture: Pixels | None = None
-        drawn_at, tick_before = -1, -1
+        drawn: Moment | None = None
+        tick_before = -1
         with drawing:
             for tick in self.every(1.0 / params.fps):
                 if tick > tick_before + 1:  # drawing takes longer than there is time
                     self.count_loss("thinned", tick - tick_before - 1)
                 tick_before = tick
-                captured_at_s, steps = self.monotonic_s(), self._simulation.moment.steps
-                if picture is None or steps != drawn_at:
-                    picture, drawn_at = drawing.drawn(), steps
+                captured_at_s, moment = self.monotonic_s(), self._simulation.moment
+                if picture is None or moment is not drawn:  # a reset is another moment, too
+                    picture, drawn = drawing.drawn(), moment
                 yield Captured(picture, captured_at_s)
 
 

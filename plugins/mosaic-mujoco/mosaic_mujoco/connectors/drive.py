@@ -61,7 +61,7 @@ class MujocoDriveParams(DriveParams):
 
     def _check_kinds(self) -> None:
         facts = facts_of_file(self.model)
-        velocity = [one.name for one in facts.actuators if one.kind == "velocity"]
+        velocity = [one.name for one in facts.actuators if one.kind == "velocity" and one.gear]
         for name in (*self.left, *self.right, *filter(None, (self.x, self.y, self.yaw))):
             facts.check_name("actuator", name, velocity, "velocity actuator")
         if self.heading is not None:

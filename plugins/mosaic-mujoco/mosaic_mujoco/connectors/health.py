@@ -51,6 +51,8 @@ def diagnosed(name: str, before: PaceReport, now: PaceReport, passed_s: float) -
 
 
 def _judged(before: PaceReport, now: PaceReport) -> tuple[Level, str]:
+    if now.failure:
+        return "error", f"stands still: {now.failure}"
     if now.unstable > before.unstable:
         return "error", "became unstable and began anew"
     if now.left_out_s > before.left_out_s:

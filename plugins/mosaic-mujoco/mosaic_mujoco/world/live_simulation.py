@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 
 from mosaic_core import Shared
+from mosaic_mujoco.world.engine import engine
 from mosaic_mujoco.world.model_file import model_path
 from mosaic_mujoco.world.pace import StepPace
 from mosaic_mujoco.world.simulation import Simulation
@@ -31,7 +32,8 @@ END_PATIENCE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class PaceReport:
-    """How the simulation keeps pace. ``speed``: ``None``: as fast as it goes."""
+    """How the simulation keeps pace. ``speed``: ``None``: as fast as it goes. ``failure``: why the engine gave up; empty:
+    it works."""
 
     time_s: float
     steps: int
@@ -39,6 +41,7 @@ class PaceReport:
     speed: float | None
     left_out_s: float
     unstable: int
+    failure: str = ""
 
 
 class LiveSimulation:
@@ -54,6 +57,7 @@ class LiveSimulation:
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._behind_since_s: float | None = None
+        self._failure = ""
 
     # -- any thread -----------------------------------------------------------------------------------------------
 
@@ -62,7 +66,7 @@ class LiveSimulation:
         moment = self.simulation.moment
         return PaceReport(
             moment.time_s, moment.steps, self._is_paused, self._pace.speed, self._pace.left_out_s,
-            self.simulation.unstable,
+            self.simulation.unstable, self._failure,
         )  # fmt: skip
 
     def pause(self, is_paused: bool) -> None:
@@ -85,8 +89,9 @@ class LiveSimulation:
     # -- its thread -----------------------------------------------------------------------------------------------
 
     def __enter__(self) -> LiveSimulation:
-        self._stopping.clear()
-        self._thread = threading.Thread(target=self._run, name=f"mujoco-{self.simulation.facts.name}", daemon=True)
+        self._stopping, self._failure = threading.Event(), ""
+        name = f"mujoco-{self.simulation.facts.name}"
+        self._thread = threading.Thread(target=self._run, args=(self._stopping,), name=name, daemon=True)
         self._thread.start()
         return self
 
@@ -100,9 +105,18 @@ class LiveSimulation:
                 _log.error("%s: a step takes longer than %s s; abandoned", self.simulation.facts.name, END_PATIENCE_S)
             self._thread = None
 
-    def _run(self) -> None:
+    def _run(self, stopping: threading.Event) -> None:
+        """Until ``stopping``, which is of this thread alone: one that was abandoned does not come back."""
+        try:
+            self._advance_until(stopping)
+        except engine().FatalError as error:  # such as contacts for which the model's memory is too small
+            self._failure = " ".join(str(error).split())
+            name = self.simulation.facts.name
+            _log.error("%s: MuJoCo gave up, the simulation stands still until the robot starts anew: %s", name, error)
+
+    def _advance_until(self, stopping: threading.Event) -> None:
         last_s = time.monotonic()
-        while not self._stopping.wait(REST_S if self._pace.speed is None else TICK_S):
+        while not stopping.wait(REST_S if self._pace.speed is None else TICK_S):
             now_s = time.monotonic()
             with self._turn:
                 if not self._is_paused and self._pace.speed is None:
