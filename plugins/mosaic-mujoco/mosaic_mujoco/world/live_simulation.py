@@ -32,8 +32,8 @@ END_PATIENCE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class PaceReport:
-    """How the simulation keeps pace. ``speed``: ``None``: as fast as it goes. ``failure``: why the engine gave up; empty:
-    it works."""
+    """How the simulation keeps pace. ``speed``: ``None``: as fast as it goes. ``failure``: why the engine gave up;
+    empty: it works."""
 
     time_s: float
     steps: int
