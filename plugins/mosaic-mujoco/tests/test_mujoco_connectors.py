@@ -248,6 +248,7 @@ def test_a_reset_puts_everything_back_and_an_unknown_key_frame_is_refused(shared
     assert angles(shared)["elbow"] == 0.0
     refused = ask(reset, {"key": "uprigt"}).refused
     assert refused is not None
+    assert refused.code == "channel.invalid"
     assert "did you mean 'upright'" in refused.message
 
 

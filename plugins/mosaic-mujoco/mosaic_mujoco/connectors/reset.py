@@ -34,7 +34,7 @@ class MujocoReset(RequestHandler[ResetOrder, ResetDone]):
         try:
             self._simulation.reset(key)
         except ValueError as error:
-            raise Refused("safety.out_of_range", str(error)) from error
+            raise Refused("channel.invalid", str(error)) from error
         return ResetDone(key=key, time_s=self._simulation.moment.time_s)
 
 
