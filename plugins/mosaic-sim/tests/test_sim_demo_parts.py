@@ -20,6 +20,7 @@ from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.lan.child_process import STOP_PATIENCE_S, end_all
 from mosaic_sim.demo import browser, checks
 from mosaic_sim.demo.child import Child
+from mosaic_sim.demo.demo_robot import YARD
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.greeting import greet, report_failure
 from mosaic_sim.demo.headless_check import print_results
@@ -129,7 +130,7 @@ def test_with_a_desktop_the_page_is_opened(monkeypatch: pytest.MonkeyPatch) -> N
 
 def running(**brought: Any) -> Any:
     """As much of a running demo as its greeting tells."""
-    return SimpleNamespace(**{"seed": SEED, "own": (), "notes": (), **brought})
+    return SimpleNamespace(**{"seed": SEED, "own": (), "notes": (), "shown": YARD, **brought})
 
 
 def test_the_greeting_keeps_a_long_address_on_one_line() -> None:

@@ -1,7 +1,7 @@
-"""``python -m mosaic_sim.demo.check_program URL EMAIL ROBOT_ID [LABEL …]``: the operator of the headless check.
+"""The operator of the headless check: ``python -m … URL EMAIL ROBOT_ID [--any-robot] [LABEL …]``.
 
-The labels are those of connectors that ``--with`` has brought. The password comes in the environment. Prints one JSON
-array of results.
+The labels are those of connectors that ``--with`` has brought; with ``--any-robot`` nothing else is looked at. The
+password comes in the environment. Prints one JSON array of results.
 """
 
 from __future__ import annotations
@@ -25,20 +25,22 @@ from mosaic_sim.demo.checks import (
     silence_stops,
     told,
 )
-from mosaic_sim.demo.headless_check import PASSWORD_VARIABLE
+from mosaic_sim.demo.headless_check import ANY_ROBOT, PASSWORD_VARIABLE
 from mosaic_sim.demo.own_checks import own_works
 
 SENSORS = ("scan", "imu", "battery", "gps", "host")
 
 
-async def results_for(url: str, email: str, password: str, robot_id: str, own: Sequence[str] = ()) -> list[Result]:
+async def results_for(
+    url: str, email: str, password: str, robot_id: str, own: Sequence[str] = (), *, is_yard: bool = True
+) -> list[Result]:
     """Sign in, connect, and look at everything once."""
     began_s = time.monotonic()
     try:
         async with await MosaicOperator.login(url, email, password) as operator:
             connection = await operator.connect(robot_id)
             connected = Result("connect", True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
-            looked_at = await _looked_at(connection)
+            looked_at = await _looked_at(connection) if is_yard else []
             return [connected, *looked_at, *[await told(label, partial(own_works, connection, label)) for label in own]]
     except MosaicError as error:
         return [Result("connect", False, f"{error.message} {error.cure}".strip())]
@@ -59,7 +61,8 @@ async def _looked_at(connection: RobotConnection) -> list[Result]:
 
 def main() -> None:
     url, email, robot_id, *own = sys.argv[1:]
-    results = asyncio.run(results_for(url, email, os.environ[PASSWORD_VARIABLE], robot_id, own))
+    is_yard, labels = ANY_ROBOT not in own, [label for label in own if label != ANY_ROBOT]
+    results = asyncio.run(results_for(url, email, os.environ[PASSWORD_VARIABLE], robot_id, labels, is_yard=is_yard))
     print(json.dumps([result.wire() for result in results]))
 
 

@@ -20,6 +20,12 @@ def demo(
         bool, typer.Option("--headless-check", help="Drive the robot from Python, say what works, and exit.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs; opens no browser.")] = False,
+    arm: Annotated[
+        bool, typer.Option("--arm", help="An arm with a gripper instead, simulated by MuJoCo (mosaic-mujoco).")
+    ] = False,
+    vehicle: Annotated[
+        bool, typer.Option("--vehicle", help="A small vehicle instead, simulated by MuJoCo (mosaic-mujoco).")
+    ] = False,
     own: Annotated[
         list[Path] | None,
         typer.Option(
@@ -33,4 +39,12 @@ def demo(
     """Start a server and a simulated robot on this machine and open the dashboard. Nothing to set up."""
     from mosaic_sim.demo.demo_command import run_demo
 
-    run_demo(port, opens=not no_open, headless_check=headless_check, as_json=as_json, own=own or ())
+    run_demo(
+        port,
+        opens=not no_open,
+        headless_check=headless_check,
+        as_json=as_json,
+        own=own or (),
+        arm=arm,
+        vehicle=vehicle,
+    )

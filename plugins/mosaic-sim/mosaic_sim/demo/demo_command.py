@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 
 from mosaic_sim.demo import browser
+from mosaic_sim.demo.demo_robot import chosen_robot
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.greeting import greet, report_failure
 from mosaic_sim.demo.headless_check import checked, print_results
@@ -21,7 +22,16 @@ from mosaic_sim.demo.own_plugin import plugin_at
 from mosaic_sim.demo.supervisor import WATCH_S, Interrupted, RunningDemo, endings_interrupt, running_demo
 
 
-def run_demo(port: int | None, *, opens: bool, headless_check: bool, as_json: bool, own: Sequence[Path] = ()) -> None:
+def run_demo(
+    port: int | None,
+    *,
+    opens: bool,
+    headless_check: bool,
+    as_json: bool,
+    own: Sequence[Path] = (),
+    arm: bool = False,
+    vehicle: bool = False,
+) -> None:
     """Server, robot and page until Ctrl+C; ``own``: where plugins stand whose connectors the robot shall have, too.
     Raises :class:`typer.Exit` with the exit code."""
     try:
@@ -29,7 +39,7 @@ def run_demo(port: int | None, *, opens: bool, headless_check: bool, as_json: bo
             if not as_json:
                 typer.echo("Starting a server and a simulated robot …")
             plugins = [plugin_at(path) for path in {path.resolve(): path for path in own}.values()]
-            running = stack.enter_context(running_demo(port, plugins))
+            running = stack.enter_context(running_demo(port, plugins, chosen_robot(arm=arm, vehicle=vehicle)))
             if headless_check:
                 raise typer.Exit(_check(running, as_json))
             _present(running, opens=opens, as_json=as_json)

@@ -7,6 +7,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from mosaic_sim.demo.demo_robot import DemoRobot
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.supervisor import RunningDemo
 
@@ -20,7 +21,7 @@ def greet(console: Console, demo: RunningDemo, page: str, *, is_opened: bool) ->
     # On a line of its own and never wrapped, so that it can be copied and clicked.
     console.print(Text(page, style=f"bold link {page}"), soft_wrap=True)
     console.print()
-    console.print(_to_try())
+    console.print(_to_try(demo.shown))
     console.print()
     for one in demo.own:
         console.print(f"From {one.source}: [bold]{one.label}[/] ({one.type})", highlight=False)
@@ -36,14 +37,12 @@ def greet(console: Console, demo: RunningDemo, page: str, *, is_opened: bool) ->
     console.print("Ctrl+C ends everything; nothing stays on this machine.", style="dim")
 
 
-def _to_try() -> Table:
+def _to_try(robot: DemoRobot) -> Table:
     table = Table.grid(padding=(0, 2))
     table.add_column(style="cyan", no_wrap=True)
     table.add_column()
-    table.add_row("Try", "hold W, A, S, D or the arrow keys, or drag the drive pad: the robot drives.")
-    table.add_row("", "let go: it stops. Close the tab while driving: it stops, too.")
-    table.add_row("", "open the address in a second window: both see the same robot.")
-    table.add_row("", "park on the green pad behind the robot: the battery charges.")
+    for number, line in enumerate(robot.to_try):
+        table.add_row("" if number else "Try", line)
     return table
 
 

@@ -12,18 +12,28 @@ from rich.console import Console
 from rich.table import Table
 
 from mosaic_sim.demo.checks import Result
+from mosaic_sim.demo.demo_robot import YARD
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.supervisor import RunningDemo
 
 PATIENCE_S = 90.0
 PASSWORD_VARIABLE = "MOSAIC_CHECK_PASSWORD"  # noqa: S105 - the name of a variable, not a password
 
+ANY_ROBOT = "--any-robot"
+"""The robot is not that of the yard: each of its connectors is looked at as those of ``--with`` are."""
+
+OF_EVERY_PEER = ("connection-check",)
+"""What tells of the link alone has channels of its own kind; that there is a link has been seen by then."""
+
 
 def checked(demo: RunningDemo) -> list[Result]:
     """The results of ``check_program``; raises :class:`DemoFailed` if it gives none, or a child died meanwhile."""
+    labels = [one.label for one in demo.own]
+    if demo.shown is not YARD:
+        labels = [ANY_ROBOT, *(one.label for one in demo.simulated if one.type not in OF_EVERY_PEER), *labels]
     command = [
         sys.executable, "-m", "mosaic_sim.demo.check_program", demo.url, demo.seed.email, demo.seed.robot_id,
-        *(one.label for one in demo.own),
+        *labels,
     ]  # fmt: skip
     environment = {**os.environ, PASSWORD_VARIABLE: demo.seed.password}
     try:

@@ -8,7 +8,6 @@ import re
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import yaml
 from mosaic_core.runtime.configuration.config_env import masked, unmasked
 from mosaic_core.runtime.lan.child_process import mosaic_command
 from mosaic_core.testing.distributions import write_distribution
+from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.own_plugin import Entry, OwnPlugin
 from mosaic_sim.demo.server import START_PATIENCE_S, Seed, robot_environment
@@ -29,7 +29,7 @@ _INDEX = re.compile(r"^connectors\[(\d+)\]")
 
 @dataclass(frozen=True, slots=True)
 class OwnConnector:
-    """One connector that ``--with`` has brought."""
+    """One connector of the demo's robot; ``source``: the distribution that it is from."""
 
     label: str
     type: str
@@ -45,6 +45,8 @@ class RobotFile:
     own: tuple[OwnConnector, ...] = ()
     notes: tuple[str, ...] = ()
     """What was changed in the plugins' own entries, for people."""
+    simulated: tuple[OwnConnector, ...] = ()
+    """The robot without them."""
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -57,21 +59,23 @@ class RobotFile:
         return {"PYTHONPATH": self.python_path} if self.python_path else {}
 
 
-def robot_file(folder: Path, plugins: Sequence[OwnPlugin]) -> RobotFile:
-    """Write it into ``folder``. With ``plugins`` it is checked: raises :class:`DemoFailed` with what is wrong."""
-    text = (files("mosaic_sim.demo") / "robot.yaml").read_text("utf-8")
+def robot_file(folder: Path, plugins: Sequence[OwnPlugin], robot: DemoRobot = YARD) -> RobotFile:
+    """Write the file of ``robot`` into ``folder``. With ``plugins`` it is checked: raises :class:`DemoFailed` with what
+    is wrong."""
+    text = robot.text()
     path = folder / "robot.yaml"
+    entries_before = yaml.safe_load(masked(text))["connectors"]
+    simulated = tuple(OwnConnector(str(one["label"]), str(one["type"]), robot.distribution) for one in entries_before)
     if not plugins:
         path.write_text(text, "utf-8")
-        return RobotFile(path)
-    simulated = [str(one["label"]) for one in yaml.safe_load(masked(text))["connectors"]]
-    entries, own, notes = _entries(plugins, simulated)
+        return RobotFile(path, simulated=simulated)
+    entries, own, notes = _entries(plugins, [one.label for one in simulated])
     added = unmasked(yaml.safe_dump(entries, sort_keys=False, allow_unicode=True, default_flow_style=False, width=1000))
     lines = "".join(f"  {line}\n" for line in added.splitlines())
     # Before the simulated ones, so that the page shows them where one looks first.
     path.write_text(text.replace(_HEAD, f"{_HEAD}  # What --with has brought.\n{lines}\n", 1), "utf-8")
-    made = RobotFile(path, _python_path(folder / "plugins", plugins), own, notes)
-    _check(made, plugins, [*made.labels, *simulated])
+    made = RobotFile(path, _python_path(folder / "plugins", plugins), own, notes, simulated)
+    _check(made, plugins, [*made.labels, *(one.label for one in simulated)])
     return made
 
 

@@ -13,6 +13,7 @@ from typing import NoReturn
 
 from mosaic_core.runtime.lan.child_process import end_all, mosaic_command
 from mosaic_sim.demo.child import Child
+from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.own_plugin import OwnPlugin
 from mosaic_sim.demo.robot_file import OwnConnector, RobotFile, robot_file
 from mosaic_sim.demo.server import (
@@ -45,6 +46,9 @@ class RunningDemo:
     """What ``--with`` has brought."""
     notes: tuple[str, ...] = ()
     """What of it was changed, for people."""
+    shown: DemoRobot = YARD
+    simulated: tuple[OwnConnector, ...] = ()
+    """The robot without what ``--with`` has brought."""
 
     @property
     def url(self) -> str:
@@ -77,9 +81,9 @@ def endings_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = ()) -> Iterator[RunningDemo]:
-    """Server and robot for the length of a ``with`` block, in a folder that is removed after it. The robot has the
-    connectors of ``plugins``, too.
+def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = (), shown: DemoRobot = YARD) -> Iterator[RunningDemo]:
+    """Server and the robot ``shown`` for the length of a ``with`` block, in a folder that is removed after it. It
+    has the connectors of ``plugins``, too.
 
     Raises :class:`~mosaic_sim.demo.errors.DemoFailed` if anything does not come up.
     """
@@ -89,7 +93,7 @@ def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = ()) -> Iterato
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mosaic-demo-")))
         children: list[Child] = []
         stack.callback(end_all, children)
-        config = robot_file(folder, plugins)
+        config = robot_file(folder, plugins, shown)
         seed = seeded(folder)
         server = DemoServer(folder, free_port)
         children.append(server.child)
@@ -99,7 +103,7 @@ def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = ()) -> Iterato
         # First: the robot says good-bye while its server still listens.
         children.insert(0, robot)
         server.wait_for_robot(seed.robot_id, robot)
-        yield RunningDemo(folder, seed, server, robot, config.own, config.notes)
+        yield RunningDemo(folder, seed, server, robot, config.own, config.notes, shown, config.simulated)
 
 
 def _started_robot(config: RobotFile, folder: Path, environment: dict[str, str]) -> Child:

@@ -1,0 +1,1 @@
+"""Any MuJoCo model as a robot of MOSAIC."""
