@@ -44,7 +44,7 @@ class ChildProcess:
 
     def __enter__(self) -> ChildProcess:
         """Raises :class:`OSError`."""
-        self._process = subprocess.Popen(  # noqa: S603 (the robot's file names the program; there is no shell)
+        self._process = subprocess.Popen(
             self._argv,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

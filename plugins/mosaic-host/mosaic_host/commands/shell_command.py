@@ -82,7 +82,7 @@ class ShellCommand(RequestHandler[Q, CommandResult], Generic[Q]):
         """Raises :class:`Refused`."""
         assert isinstance(question, CommandRun)
         if self._params.needs == "supervisor" and request.sender.role != "supervisor":
-            raise Refused("auth.forbidden", "only a supervisor may run this")
+            raise Refused("lease.forbidden", "only a supervisor may run this")
         runnable = self._known[question.command]
         words = runnable.words(question.arguments)
         child = ChildProcess(words, self._params.environment, self._params.folder)

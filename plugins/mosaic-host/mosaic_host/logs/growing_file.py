@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 from dataclasses import dataclass
+from pathlib import Path
 
 PIECE_BYTES = 65_536
 MAX_BEHIND_BYTES = 1_048_576
@@ -78,7 +79,7 @@ class GrowingFile:
         place = self._place
         assert place is not None, "read before open"
         try:
-            found = os.stat(self._path)
+            found = Path(self._path).stat()
         except FileNotFoundError:
             if self._away_since_s is None:
                 self._away_since_s = now_s

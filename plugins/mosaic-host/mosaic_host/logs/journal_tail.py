@@ -67,7 +67,7 @@ class JournalTail(DataChannelSendable[Log]):
                     said = child.look()
                     complaint = (complaint + said.error)[-MAX_COMPLAINT:]
                     yield from self._messages_of(lines, said.out)
-                    if said.is_over or child.has_ended and not said.out and not said.error:
+                    if said.is_over or (child.has_ended and not said.out and not said.error):
                         break
         except OSError as error:
             raise DeviceGone(f"{program}: {error.strerror or error}") from error

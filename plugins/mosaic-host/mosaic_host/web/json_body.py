@@ -24,8 +24,7 @@ class JsonPage:
         self.shown = shown_url(self._url)
 
     def client(self) -> httpx.AsyncClient:
-        """A client that follows nobody elsewhere, keeps no cookies' worth of trust, and reads no proxy or password
-        from the environment."""
+        """A client that follows no redirect, and reads no proxy and no password from the environment."""
         limits = httpx.Limits(max_connections=1, max_keepalive_connections=1)
         return httpx.AsyncClient(follow_redirects=False, trust_env=False, timeout=self._timeout_s, limits=limits)
 
