@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -56,8 +55,8 @@ def tail(path: Path) -> FileTail:
 
 
 @pytest.fixture
-def writer(path: Path, tail: FileTail, monkeypatch: pytest.MonkeyPatch) -> Iterator[Writer]:
-    yield Writer(path, monkeypatch, tail)
+def writer(path: Path, tail: FileTail, monkeypatch: pytest.MonkeyPatch) -> Writer:
+    return Writer(path, monkeypatch, tail)
 
 
 def texts(messages: list[Log]) -> list[str]:

@@ -44,7 +44,6 @@ class Server:
             yield f"http://127.0.0.1:{self.port}/status"
         finally:
             server.close()
-            server.close_clients() if hasattr(server, "close_clients") else None
 
 
 def body(data: bytes, status: str = "200 OK", *headers: str) -> Answer:
@@ -82,9 +81,8 @@ async def test_each_answer_is_a_message_once_a_period(server: Server) -> None:
 async def test_fields_are_found_by_their_pointers_and_have_types_and_units(server: Server) -> None:
     server.answers = [value({"robots": [{"battery": {"a/b": 81.5}, "is_docked": True}]})]
     fields = {"charge": {"unit": "%", "pointer": "/battery/a~1b"}, "is_docked": {"type": "boolean"}}
-    async with server.here() as url:
-        async with aclosing(poller(url, pointer="/robots/0", fields=fields).messages()) as messages:
-            message = await anext(messages)
+    async with server.here() as url, aclosing(poller(url, pointer="/robots/0", fields=fields).messages()) as messages:
+        message = await anext(messages)
     assert message.model_dump() == {"charge": 81.5, "is_docked": True}
     assert type(message).model_json_schema()["properties"]["charge"]["unit"] == "%"
 
@@ -129,7 +127,7 @@ async def test_a_server_that_drips_is_given_up_after_the_whole_time(server: Serv
 
     server.answers = [drip]
     async with server.here() as url:
-        with pytest.raises(DeviceGone, match="no whole answer within 0.3 s"):
+        with pytest.raises(DeviceGone, match=r"no whole answer within 0\.3 s"):
             await anext(poller(url, timeout_s=0.3).messages())
 
 

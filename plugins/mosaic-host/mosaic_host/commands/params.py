@@ -6,7 +6,8 @@ import re
 from pathlib import PurePosixPath
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, create_model, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, TypeAdapter, create_model, model_validator
+from pydantic_core import SchemaError
 
 from mosaic_core.contract.params import Message, Params
 
@@ -28,6 +29,15 @@ def _is_no_option(text: str) -> str:
     if not text.isprintable():
         raise ValueError("has characters that can't be printed")
     return text
+
+
+def _check_pattern(pattern: str) -> None:
+    """Raises :class:`ValueError` for what is no pattern by itself: `a)|(b` would be one only between our brackets, and
+    then match parts."""
+    try:
+        TypeAdapter(Annotated[str, StringConstraints(pattern=pattern)])
+    except SchemaError as error:
+        raise ValueError(f"pattern: no regular expression: {str(error).splitlines()[-1]}") from None
 
 
 class CommandArgument(Params):
@@ -53,7 +63,7 @@ class CommandArgument(Params):
         if self.min is not None and self.max is not None and self.min > self.max:
             raise ValueError("min is greater than max")
         if self.pattern is not None:
-            create_model("Probe", text=self.annotation)  # pydantic refuses a pattern that is none
+            _check_pattern(self.pattern)
         return self
 
     @property
