@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.errors import ConfigError, DeviceGone
-from mosaic_host.child_process import ChildProcess
+from mosaic_host.running_program import RunningProgram
 from mosaic_host.logs import journal_tail
 from mosaic_host.logs.journal_entry import log_of
 from mosaic_host.logs.journal_tail import JournalTail, JournalTailConfigurer
@@ -124,7 +124,7 @@ def test_the_real_one_takes_these_arguments() -> None:
         pytest.skip("no journalctl on this machine")
     once = [one for one in tail().params.arguments if one != "--follow"]
     said = b""
-    with ChildProcess([program, *once, "--directory=/nowhere/at/all"]) as child:
+    with RunningProgram([program, *once, "--directory=/nowhere/at/all"]) as child:
         while not (looked := child.look()).is_over:
             said += looked.error
     assert b"option" not in said

@@ -16,7 +16,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.params import Message, unit
 from mosaic_core.contract.request_handler import Request, RequestHandler
-from mosaic_host.child_process import GRACE_S, LOOK_S, ChildProcess
+from mosaic_host.running_program import GRACE_S, LOOK_S, RunningProgram
 from mosaic_host.commands.output import KeptOutput
 from mosaic_host.commands.params import AllowedCommand, ShellCommandParams
 
@@ -85,7 +85,7 @@ class ShellCommand(RequestHandler[Q, CommandResult], Generic[Q]):
             raise Refused("lease.forbidden", "only a supervisor may run this")
         runnable = self._known[question.command]
         words = runnable.words(question.arguments)
-        child = ChildProcess(words, self._params.environment, self._params.folder)
+        child = RunningProgram(words, self._params.environment, self._params.folder)
         begun_s = self.monotonic_s()
         try:
             kept = self._run(child, request, runnable.command.timeout_s)
@@ -99,7 +99,7 @@ class ShellCommand(RequestHandler[Q, CommandResult], Generic[Q]):
             duration_s=round(self.monotonic_s() - begun_s, 3),
         )
 
-    def _run(self, child: ChildProcess, request: Request, timeout_s: float) -> KeptOutput:
+    def _run(self, child: RunningProgram, request: Request, timeout_s: float) -> KeptOutput:
         kept = KeptOutput(self._params.max_output_bytes)
         watch = _Watch(self, request, timeout_s)
         with child:
@@ -138,7 +138,7 @@ class _Watch:
             raise Refused("request.timeout", f"ended after {self._timeout_s:g} s")
         return False
 
-    def wait_for(self, child: ChildProcess) -> None:
+    def wait_for(self, child: RunningProgram) -> None:
         """It has closed its output: wait until it has ended. Raises :class:`Refused` (``request.timeout``)."""
         while not child.has_ended and not self._request.pause(0.01):
             self.is_done(False)

@@ -13,7 +13,7 @@ from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Params
 from mosaic_core.messages import Log
 from mosaic_core.words.errors import DeviceGone
-from mosaic_host.child_process import SEARCH_PATH, ChildProcess
+from mosaic_host.running_program import SEARCH_PATH, RunningProgram
 from mosaic_host.logs.journal_entry import log_of
 from mosaic_host.logs.log_lines import Level, LogPace, readable
 from mosaic_sensors.lines import Lines
@@ -61,7 +61,7 @@ class JournalTail(DataChannelSendable[Log]):
             raise DeviceGone(f"{PROGRAM} is not here", "it comes with systemd; file-tail reads logs of other systems")
         complaint = b""
         try:
-            with ChildProcess([program, *self.params.arguments]) as child:
+            with RunningProgram([program, *self.params.arguments]) as child:
                 lines = Lines(self.params.max_line_bytes)
                 while not self.is_stopping:
                     said = child.look()

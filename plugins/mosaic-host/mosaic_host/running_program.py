@@ -32,7 +32,7 @@ class Said:
     is_over: bool = False
 
 
-class ChildProcess:
+class RunningProgram:
     """A program that runs in this ``with`` block, and ends with it, whatever it started in its group too."""
 
     def __init__(self, argv: Sequence[str], environment: Mapping[str, str] | None = None, folder: str = "/") -> None:
@@ -42,7 +42,7 @@ class ChildProcess:
         self._process: subprocess.Popen[bytes]
         self._selector: selectors.BaseSelector
 
-    def __enter__(self) -> ChildProcess:
+    def __enter__(self) -> RunningProgram:
         """Raises :class:`OSError`."""
         self._process = subprocess.Popen(
             self._argv,
