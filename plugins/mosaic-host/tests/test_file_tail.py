@@ -38,8 +38,12 @@ class Writer:
         with self.path.open("ab") as file:
             file.write(data)
 
-    def rotates(self) -> None:
+    def rotates(self, first: bytes = b"", then: bytes = b"") -> None:
+        """Adds ``first`` to the old file and begins the new one with ``then``; empty: there is none yet."""
+        self.adds(first)
         self.path.rename(self.path.with_suffix(".1"))
+        if then:
+            self.adds(then)
 
 
 @pytest.fixture
@@ -73,10 +77,10 @@ def test_only_what_is_added_is_sent_with_its_level_and_name(tail: FileTail, writ
 def test_a_rotation_loses_nothing_even_with_a_gap(tail: FileTail, writer: Writer) -> None:
     writer.steps = [
         lambda: writer.adds(b"a\n"),
-        lambda: (writer.adds(b"b\n"), writer.rotates()),
+        lambda: writer.rotates(b"b\n"),
         lambda: None,
         lambda: writer.adds(b"c\n"),
-        lambda: (writer.rotates(), writer.adds(b"d\n")),
+        lambda: writer.rotates(then=b"d\n"),
     ]
     assert texts(collect(tail, 4)) == ["a", "b", "c", "d"]
 
@@ -89,7 +93,7 @@ def test_a_truncated_file_is_read_from_its_beginning(tail: FileTail, writer: Wri
 def test_a_file_that_stays_away_is_gone_and_its_successor_is_read_whole(tail: FileTail, writer: Writer) -> None:
     writer.steps = [lambda: writer.adds(b"a\n"), writer.path.unlink]
     clock = fake_host(tail).clock
-    with closing(iter(tail.messages())) as messages:
+    with closing(tail.messages()) as messages:
         assert next(messages).message == "a"
         began_s = clock.now_s
         with pytest.raises(DeviceGone, match=r"nav\.log: No such file"):

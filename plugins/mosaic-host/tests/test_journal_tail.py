@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.errors import ConfigError, DeviceGone
-from mosaic_host.running_program import RunningProgram
 from mosaic_host.logs import journal_tail
 from mosaic_host.logs.journal_entry import log_of
 from mosaic_host.logs.journal_tail import JournalTail, JournalTailConfigurer
+from mosaic_host.running_program import RunningProgram
 
 ENTRY = (
     b'{"__CURSOR":"s=1;i=2","__REALTIME_TIMESTAMP":"1764000000123456","__MONOTONIC_TIMESTAMP":"5","_BOOT_ID":"b1",'
@@ -101,7 +101,8 @@ def test_a_journal_that_ends_is_gone_with_its_reason_and_read_again(journalctl: 
     with pytest.raises(DeviceGone, match=r"journalctl ended \(1\): No journal files were opened"):
         collect(handler, 1)
     journalctl(says(ENTRY, "sys.exit(0)"))
-    with closing(iter(handler.messages())) as messages:
+    fake_host(handler).arm()
+    with closing(handler.messages()) as messages:
         assert next(messages).name == "ssh.service"
         with pytest.raises(DeviceGone, match="told no reason"):
             next(messages)

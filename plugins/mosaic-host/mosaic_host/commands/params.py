@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, TypeAdapter, create_model, model_validator
 from pydantic_core import SchemaError
 
-from mosaic_core.contract.params import Message, Params
+from mosaic_core.contract.params import Message, Params, unit
 
 MAX_ARGUMENTS = 16
 MAX_TEXT = 256
@@ -49,8 +49,8 @@ class CommandArgument(Params):
     choices: tuple[Annotated[str, StringConstraints(max_length=MAX_TEXT, pattern=r"^[^\x00]*$")], ...] | None = Field(
         default=None, min_length=1, max_length=256, description="The texts that are allowed."
     )
-    min: float | None = Field(default=None, description="The least number.")
-    max: float | None = Field(default=None, description="The greatest number.")
+    min: float | None = Field(default=None, description="The least number.", json_schema_extra=unit(""))
+    max: float | None = Field(default=None, description="The greatest number.", json_schema_extra=unit(""))
     type: Literal["number", "integer"] = Field(default="number", description="Of what is between `min` and `max`.")
     max_length: int = Field(default=64, ge=1, le=MAX_TEXT, description="Of what `pattern` allows, in characters.")
     description: str = Field(default="", max_length=200, description="What it means.")

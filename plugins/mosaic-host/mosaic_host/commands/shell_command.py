@@ -16,9 +16,9 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.params import Message, unit
 from mosaic_core.contract.request_handler import Request, RequestHandler
-from mosaic_host.running_program import GRACE_S, LOOK_S, RunningProgram
 from mosaic_host.commands.output import KeptOutput
 from mosaic_host.commands.params import AllowedCommand, ShellCommandParams
+from mosaic_host.running_program import GRACE_S, LOOK_S, RunningProgram
 
 LEFT_OPEN_S = 0.5
 """A program that has ended may have left its output open to others, who say no more that is waited for."""

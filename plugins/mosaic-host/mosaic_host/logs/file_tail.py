@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import PurePath
 from typing import Any, ClassVar
 
@@ -50,7 +50,7 @@ class FileTail(DataChannelSendable[Log]):
         self._file = GrowingFile(params.source)
         self._pace = LogPace(self, params.max_rate_hz)
 
-    def messages(self) -> Iterator[Log]:
+    def messages(self) -> Generator[Log, None, None]:
         """Handler's thread. Raises :class:`DeviceGone`."""
         if self.params.source == FAKE:
             for tick in self.every(1.0):
@@ -74,13 +74,11 @@ class FileTail(DataChannelSendable[Log]):
                 skipped = self._file.skipped_bytes
                 lines, too_long = Lines(self.params.max_line_bytes), 0
                 piece = piece.partition(b"\n")[2]  # the rest of a line whose begin was left out
-            for line in lines.feed(piece):
-                message = self._message(line)
-                if self._pace.admits(message):
-                    yield message
+            found = lines.feed(piece)
             if lines.too_long > too_long:
                 self._pace.refuse(f"longer than {self.params.max_line_bytes} bytes", lines.too_long - too_long)
                 too_long = lines.too_long
+            yield from filter(self._pace.admits, map(self._message, found))
             if not piece and self.pause(self.params.period_s):
                 return
 

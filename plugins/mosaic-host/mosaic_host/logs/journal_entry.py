@@ -34,15 +34,11 @@ def _bytes_of(value: Any) -> bytes | None:
     """A field's bytes: text, or numbers where they are no UTF-8; of a field that occurs several times the first."""
     if isinstance(value, str):
         return value.encode()
-    if isinstance(value, list) and value:
-        if all(type(one) is int and 0 <= one < 256 for one in value):
-            return bytes(value)
-        return _bytes_of(value[0]) if not isinstance(value[0], list) or _is_bytes(value[0]) else None
-    return None
-
-
-def _is_bytes(value: list[Any]) -> bool:
-    return all(type(one) is int and 0 <= one < 256 for one in value)
+    if not isinstance(value, list) or not value:
+        return None
+    if all(type(one) is int and 0 <= one < 256 for one in value):
+        return bytes(value)
+    return _bytes_of(value[0])  # as deep as parsed_object lets in
 
 
 def _text(entry: dict[str, Any], key: str) -> str | None:

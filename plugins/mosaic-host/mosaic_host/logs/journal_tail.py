@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StringConstraints
@@ -13,9 +13,9 @@ from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Params
 from mosaic_core.messages import Log
 from mosaic_core.words.errors import DeviceGone
-from mosaic_host.running_program import SEARCH_PATH, RunningProgram
 from mosaic_host.logs.journal_entry import log_of
 from mosaic_host.logs.log_lines import Level, LogPace, readable
+from mosaic_host.running_program import SEARCH_PATH, RunningProgram
 from mosaic_sensors.lines import Lines
 
 PROGRAM = "journalctl"
@@ -50,7 +50,7 @@ class JournalTail(DataChannelSendable[Log]):
         self.params = params
         self._pace = LogPace(self, params.max_rate_hz)
 
-    def messages(self) -> Iterator[Log]:
+    def messages(self) -> Generator[Log, None, None]:
         """Handler's thread. Raises :class:`DeviceGone`."""
         if self.params.source == "fake":
             for tick in self.every(1.0):
@@ -77,7 +77,10 @@ class JournalTail(DataChannelSendable[Log]):
 
     def _messages_of(self, lines: Lines, piece: bytes) -> Iterator[Log]:
         before = lines.too_long
-        for line in lines.feed(piece):
+        found = lines.feed(piece)
+        if lines.too_long > before:
+            self._pace.refuse(f"an entry larger than {self.params.max_line_bytes} bytes", lines.too_long - before)
+        for line in found:
             try:
                 message = log_of(line)
             except ValueError as error:
@@ -85,8 +88,6 @@ class JournalTail(DataChannelSendable[Log]):
             else:
                 if self._pace.admits(message):
                     yield message
-        if lines.too_long > before:
-            self._pace.refuse(f"an entry larger than {self.params.max_line_bytes} bytes", lines.too_long - before)
 
 
 class JournalTailConfigurer(DataChannelConfigurer[JournalTailParams]):

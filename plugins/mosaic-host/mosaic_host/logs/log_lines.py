@@ -45,10 +45,8 @@ class LogPace:
         self._bucket = TokenBucket.of_rate(max_rate_hz)
         self._complaints = ComplaintPace()
 
-    def admits(self, message: Log | None) -> bool:
-        """Whether it goes out. ``None``: a line that says nothing."""
-        if message is None:
-            return False
+    def admits(self, message: Log) -> bool:
+        """Whether it goes out."""
         if self._bucket.admits(self._handler.monotonic_s()):
             return True
         self._handler.count_loss("thinned")

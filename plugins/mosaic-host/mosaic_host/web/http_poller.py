@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from typing import Annotated, Any, ClassVar
 
 import httpx
@@ -88,7 +88,7 @@ class HttpPoller(DataChannelSendable[Any]):
         self._model = model
         self._complaints = ComplaintPace()
 
-    async def messages(self) -> AsyncIterator[Any]:
+    async def messages(self) -> AsyncGenerator[Any, None]:
         """Raises :class:`DeviceGone`."""
         if self.params.url == FAKE:
             async for tick in self.every(self.params.period_s):
