@@ -71,7 +71,7 @@ class RunningProgram:
                 pipe.close()
 
     def look(self, timeout_s: float = LOOK_S) -> Said:
-        """What it says within ``timeout_s``, at most a piece of each pipe."""
+        """What it says within ``timeout_s``, at most a piece of each pipe; once it says no more, a wait as long."""
         found = {"out": b"", "error": b""}
         for key, _ in self._selector.select(timeout_s):
             pipe = key.fileobj

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mosaic_core.messages import Log
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_host.logs import journal_tail
@@ -88,7 +89,7 @@ def test_garbage_is_refused_and_counted_and_the_next_entry_arrives(journalctl: I
 def test_a_flood_is_thinned_and_counted(journalctl: Install) -> None:
     journalctl(says(ENTRY * 2000, "sys.exit(0)"))
     handler = tail(max_rate_hz=8)
-    sent = []
+    sent: list[Log] = []
     with pytest.raises(DeviceGone):
         sent.extend(handler.messages())
     losses = fake_host(handler).losses["thinned"]

@@ -140,8 +140,8 @@ class _Watch:
 
     def wait_for(self, child: RunningProgram) -> None:
         """It has closed its output: wait until it has ended. Raises :class:`Refused` (``request.timeout``)."""
-        while not child.has_ended and not self._request.pause(0.01):
-            self.is_done(False)
+        while not child.has_ended and not self._request.is_cancelled and not self.is_done(False):
+            child.look(0.01)
 
     def tell(self, kept: KeptOutput) -> None:
         now_s = self._now_s()
