@@ -30,16 +30,22 @@ class UdpJsonParams(Params):
 
 
 def parsed_object(datagram: bytes) -> dict[str, Any]:
-    """The JSON object in ``datagram``. Raises :class:`ValueError` that says what is wrong with it.
+    """The JSON object in ``datagram``, as :func:`parsed_value` reads it."""
+    value = parsed_value(datagram)
+    if not isinstance(value, dict):
+        raise ValueError(f"a JSON {type(value).__name__} where an object is expected")
+    return value
+
+
+def parsed_value(data: bytes) -> Any:
+    """The JSON value in ``data``. Raises :class:`ValueError` that says what is wrong with it.
 
     What comes back can be sent: finite numbers, valid Unicode, bounded depth.
     """
     try:
-        value = json.loads(datagram)
+        value = json.loads(data)
     except RecursionError:
         raise ValueError(f"nested deeper than {MAX_DEPTH}") from None
-    if not isinstance(value, dict):
-        raise ValueError(f"a JSON {type(value).__name__} where an object is expected")
     if _is_deeper_than(MAX_DEPTH, value):
         raise ValueError(f"nested deeper than {MAX_DEPTH}")
     to_json(value).encode()

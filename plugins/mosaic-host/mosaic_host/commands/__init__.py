@@ -1,0 +1,1 @@
+"""Programs that the robot's file allows operators to run."""

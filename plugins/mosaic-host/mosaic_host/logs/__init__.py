@@ -1,0 +1,1 @@
+"""Lines of logs: of files, and of the journal of systemd."""

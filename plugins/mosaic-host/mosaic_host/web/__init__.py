@@ -1,0 +1,1 @@
+"""JSON that an HTTP server answers with."""
