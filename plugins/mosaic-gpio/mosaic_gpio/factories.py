@@ -18,7 +18,9 @@ Source = Literal["gpio", "fake"]
 class PinParams(Params):
     """What all pins have in common."""
 
-    pin: int = Field(ge=0, le=53, description="The number that Broadcom gave it, GPIO17 is 17: not its place on the board.")
+    pin: int = Field(
+        ge=0, le=53, description="The number that Broadcom gave it, GPIO17 is 17: not its place on the board."
+    )
     source: Source = Field(default="gpio", description="`gpio`, or `fake`: pins that are made up, to try it.")
 
     @property
@@ -28,9 +30,15 @@ class PinParams(Params):
 
 
 def factory_of(source: Source) -> Any:
-    """What gpiozero makes pins of; ``None``: what it finds on this machine, or GPIOZERO_PIN_FACTORY names."""
+    """What gpiozero makes pins of: what it finds on this machine, or GPIOZERO_PIN_FACTORY names."""
     if source == "gpio":
-        return None
+        from gpiozero import Device
+        from gpiozero.exc import PinFactoryFallback
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PinFactoryFallback)  # that none is left is told, with the cure
+            Device.ensure_pin_factory()
+        return Device.pin_factory
     from gpiozero.pins.mock import MockFactory, MockPWMPin
 
     return MockFactory(pin_class=MockPWMPin)
@@ -42,9 +50,7 @@ def opening(params: PinParams) -> Iterator[None]:
     from gpiozero import exc
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", exc.PinFactoryFallback)  # the last one's failure is told, with the cure
-            yield
+        yield
     except exc.BadPinFactory as error:
         cure = "On a Raspberry Pi: pip install lgpio. Elsewhere there are no pins; `source: fake` makes some up."
         raise DeviceGone(f"{params.place}: no way to the pins of this machine ({error})", cure) from error

@@ -88,5 +88,7 @@ class GpioOutputConfigurer(DataChannelConfigurer[GpioOutputParams]):
     def configure(self) -> GpioOutput:
         params = self.params
         safe = _level(params, params.safe_value)
-        pin = shared_pin(self.shared, params, self.label, lambda: KeptPin(params, lambda: _device(params), "value", safe))
+        pin = shared_pin(
+            self.shared, params, self.label, lambda: KeptPin(params, lambda: _device(params), "value", safe)
+        )
         return GpioOutput(self.label, pin, params)

@@ -17,8 +17,12 @@ TIMEOUT_S = 1.0
 
 class GpioServoParams(PinParams):
     joint: str = Field(default="servo", min_length=1, max_length=64, description="Its name in JointTarget.")
-    min_rad: float = Field(default=-math.pi / 4, ge=-math.pi, le=math.pi, description="Where the shortest pulse turns it.")
-    max_rad: float = Field(default=math.pi / 4, ge=-math.pi, le=math.pi, description="Where the longest pulse turns it.")
+    min_rad: float = Field(
+        default=-math.pi / 4, ge=-math.pi, le=math.pi, description="Where the shortest pulse turns it."
+    )
+    max_rad: float = Field(
+        default=math.pi / 4, ge=-math.pi, le=math.pi, description="Where the longest pulse turns it."
+    )
     min_pulse_s: float = Field(default=0.001, ge=0.0003, le=0.0029, description="The shortest pulse.")
     max_pulse_s: float = Field(default=0.002, ge=0.0004, le=0.003, description="The longest pulse.")
     start_rad: float | None = Field(
@@ -80,5 +84,7 @@ class GpioServoConfigurer(DataChannelConfigurer[GpioServoParams]):
 
     def configure(self) -> GpioServo:
         params = self.params
-        pin = shared_pin(self.shared, params, self.label, lambda: KeptPin(params, lambda: _device(params), "angle", None))
+        pin = shared_pin(
+            self.shared, params, self.label, lambda: KeptPin(params, lambda: _device(params), "angle", None)
+        )
         return GpioServo(self.label, pin, params)
