@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,8 @@ from mosaic_core import DeviceGone
 from mosaic_core.contract.params import Params
 
 Source = Literal["gpio", "fake"]
+_ONE_AT_A_TIME = threading.Lock()
+"""The filters of warnings are one for all threads: pins that open side by side would put back each other's."""
 
 
 class PinParams(Params):
@@ -35,7 +38,7 @@ def factory_of(source: Source) -> Any:
         from gpiozero import Device
         from gpiozero.exc import PinFactoryFallback
 
-        with warnings.catch_warnings():
+        with _ONE_AT_A_TIME, warnings.catch_warnings():
             warnings.simplefilter("ignore", PinFactoryFallback)  # that none is left is told, with the cure
             Device.ensure_pin_factory()
         return Device.pin_factory

@@ -90,7 +90,7 @@ class KeptPin:
             except DeviceGone as gone:
                 self._gone = gone
                 if not was_told:
-                    _log.warning("%s; %s trying again", gone.message, gone.cure)
+                    _log.warning("%s Trying again.", gone.message)
                 was_told = True
                 self._wake.wait(RETRY_S)
                 continue
