@@ -1,0 +1,1 @@
+"""Pins of a Raspberry Pi: inputs, outputs and hobby servos."""

@@ -1,0 +1,135 @@
+"""Keeps a pin that drives something: opened with the robot in its safe state, opened again when it was lost."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any, Self
+
+from mosaic_core import DeviceGone, Refused
+from mosaic_gpio.factories import PinParams, opening
+
+_log = logging.getLogger(__name__)
+
+RETRY_S = 2.0
+CLOSE_TIMEOUT_S = 1.0
+
+
+class KeptPin:
+    """One device of gpiozero. Enter it with the robot (``Shared``); entering never fails and never blocks.
+
+    :meth:`write` and :attr:`value` may be used from any thread; they take as long as one write to the pin.
+    """
+
+    def __init__(self, params: PinParams, make: Callable[[], Any], field: str, safe: float | None) -> None:
+        """``make`` opens the device in its safe state; ``field`` is the attribute of it that is written, to ``safe``
+        before it is closed, if that is not ``None``."""
+        self.params = params
+        self._make = make
+        self._field = field
+        self._safe = safe
+        self._lock = threading.Lock()
+        self._device: Any = None
+        self._gone = DeviceGone(f"{params.place} is not open yet", "Wait a moment.")
+        self._opened = threading.Event()
+        self._wake = threading.Event()
+        self._is_closing = False
+        self._keeper: threading.Thread | None = None
+
+    @property
+    def value(self) -> float | None:
+        """What was written last; ``None`` while the pin is away or drives nothing."""
+        with self._lock:
+            value = None if self._device is None else getattr(self._device, self._field)
+        return None if value is None else float(value)
+
+    def wait_open(self, timeout_s: float) -> bool:
+        """Block until commands are taken; ``False`` when that took too long."""
+        return self._opened.wait(timeout_s)
+
+    def write(self, value: float) -> None:
+        """Raises :class:`Refused` (``plugin.no_device``) while the pin is away."""
+        with self._lock:
+            if self._device is None:
+                raise Refused("plugin.no_device", self._gone.message)
+            try:
+                with opening(self.params):
+                    setattr(self._device, self._field, value)
+            except DeviceGone as gone:
+                self._lost(gone)
+                raise Refused("plugin.no_device", gone.message) from gone
+
+    def make_safe(self, value: float) -> None:
+        """Write it, if the pin is there: one that comes back begins in its safe state."""
+        try:
+            self.write(value)
+        except Refused:
+            return
+
+    def __enter__(self) -> Self:
+        self._is_closing = False
+        self._wake.clear()
+        self._keeper = threading.Thread(target=self._keep, name=f"mosaic-{self.params.place}", daemon=True)
+        self._keeper.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._is_closing = True
+        self._wake.set()
+        if self._keeper is not None:
+            self._keeper.join(CLOSE_TIMEOUT_S)
+            self._keeper = None
+
+    def _keep(self) -> None:
+        was_told = False
+        while not self._is_closing:
+            try:
+                with opening(self.params):
+                    device = self._make()
+            except DeviceGone as gone:
+                self._gone = gone
+                if not was_told:
+                    _log.warning("%s Trying again.", gone.message)
+                was_told = True
+                self._wake.wait(RETRY_S)
+                continue
+            if was_told:
+                _log.warning("%s is back", self.params.place)
+            with self._lock:
+                self._device, was_told = device, False
+            self._opened.set()
+            self._wake.wait()
+            self._close(device)
+            if not self._is_closing:
+                was_told = True
+                self._wake.clear()
+
+    def _lost(self, gone: DeviceGone) -> None:
+        """Locked."""
+        _log.warning("%s; opening it again", gone.message)
+        self._device, self._gone = None, gone
+        self._opened.clear()
+        self._wake.set()
+
+    def _close(self, device: Any) -> None:
+        with self._lock:
+            self._device = None
+            self._opened.clear()
+            try:
+                with opening(self.params):
+                    if self._safe is not None:
+                        setattr(device, self._field, self._safe)
+            except DeviceGone as gone:
+                _log.warning("%s, when it was closed", gone.message)
+            try:
+                with opening(self.params):
+                    device.close()
+            except DeviceGone as gone:
+                _log.warning("%s, when it was closed", gone.message)
+
+
+def shared_pin(shared: Any, params: PinParams, label: str, make: Callable[[], KeptPin]) -> KeptPin:
+    """The pin of this connector, which outlives a restart of its handler."""
+    kept: KeptPin = shared.get(f"mosaic-gpio:{label}:{params.place}", make)
+    return kept
