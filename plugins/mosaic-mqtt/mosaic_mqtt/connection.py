@@ -1,22 +1,18 @@
-"""Connects to an MQTT broker, on the thread of whoever uses it: nothing is read before it is asked for, so that a
-flood waits in the broker and in TCP, where it is bounded, and not in the robot's memory.
-"""
+"""Connects to an MQTT broker, on the thread of whoever uses it: nothing is read or sent behind its back."""
 
 from __future__ import annotations
 
 import ssl
 import struct
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, Protocol, Self
 
-from paho.mqtt.client import Client, MQTTMessage
+from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion, MQTTErrorCode, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
-from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mqtt.params import BrokerParams
@@ -27,16 +23,8 @@ CONNECT_TIMEOUT_S = 1.0
 """For the TCP connection, which a stop does not interrupt."""
 ANSWER_TIMEOUT_S = 5.0
 """For the broker's answers to the connection and to the subscription."""
-_BROKEN = (OSError, ValueError, IndexError, KeyError, TypeError, struct.error)
+BROKEN = (OSError, ValueError, IndexError, KeyError, TypeError, struct.error)
 """What the library raises of a lost socket, and of bytes that are no MQTT."""
-
-
-class BrokerMessage(NamedTuple):
-    """One message of the broker; ``is_retained``: it was kept there from before."""
-
-    topic: str
-    payload: bytes
-    is_retained: bool
 
 
 class Waits(Protocol):
@@ -58,20 +46,16 @@ class _EncryptedSocket(ssl.SSLSocket):
             raise
 
 
-class BrokerSubscription:
-    """Receives what the broker has for one topic filter while it is entered. Not thread-safe."""
+class BrokerConnection:
+    """Is connected to a broker while it is entered; what it is for, subclasses say. Not thread-safe."""
 
-    def __init__(self, params: BrokerParams, topic: str, qos: int, waits: Waits) -> None:
+    def __init__(self, params: BrokerParams, waits: Waits) -> None:
         self._params = params
-        self._topic = topic
-        self._qos = qos
         self._waits = waits
-        self._inbox: deque[BrokerMessage] = deque()
         self._answers: list[Any] = []
 
     def __enter__(self) -> Self:
         """Raises :class:`DeviceGone` with the cure. Returns early, without a connection, if the handler shall stop."""
-        self._inbox.clear()
         self._answers.clear()
         self._client = client = self._new_client()
         try:
@@ -79,24 +63,20 @@ class BrokerSubscription:
                                             properties=self._bounds()))  # fmt: skip
             self._await_answer("connection", "check username, password and the broker's rules")
             if not self._waits.is_stopping:
-                options = SubscribeOptions(qos=self._qos)
-                self._do(lambda: client.subscribe(self._topic, options=options)[0])
-                self._await_answer(f"subscription of {self._topic!r}", "check the broker's rules for this user")
+                self._begin()
         except BaseException:
             self._close()
             raise
         return self
 
+    def _begin(self) -> None:
+        """What is done first, once the broker has let us in."""
+        raise NotImplementedError
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._close()
-
-    def next(self) -> BrokerMessage | None:
-        """The next message; ``None`` after :data:`WAIT_S` of silence. Raises :class:`DeviceGone` if the broker is."""
-        if not self._inbox:
-            self._do(lambda: self._client.loop(WAIT_S))
-        return self._inbox.popleft() if self._inbox else None
 
     def _new_client(self) -> Client:
         client = Client(CallbackAPIVersion.VERSION2, protocol=MQTTProtocolVersion.MQTTv5, reconnect_on_failure=False)
@@ -106,9 +86,7 @@ class BrokerSubscription:
             client.username_pw_set(self._params.username, password.get_secret_value() if password else None)
         if self._params.is_encrypted:
             client.tls_set_context(self._trust())
-        client.on_message = self._on_message
         client.on_connect = lambda client, data, flags, reason, properties: self._answers.append(reason)
-        client.on_subscribe = lambda client, data, packet_id, reasons, properties: self._answers.extend(reasons)
         return client
 
     def _trust(self) -> ssl.SSLContext:
@@ -123,9 +101,6 @@ class BrokerSubscription:
         properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # its author wrote no types
         properties.MaximumPacketSize = self._params.max_bytes
         return properties
-
-    def _on_message(self, client: Client, data: Any, message: MQTTMessage) -> None:
-        self._inbox.append(BrokerMessage(message.topic, bytes(message.payload), bool(message.retain)))
 
     def _await_answer(self, what: str, cure: str) -> None:
         until_s = self._waits.monotonic_s() + ANSWER_TIMEOUT_S
@@ -143,7 +118,7 @@ class BrokerSubscription:
         """Raises :class:`DeviceGone` for whatever ends the connection, but not if the broker said why before."""
         try:
             code = act()
-        except _BROKEN as error:
+        except BROKEN as error:
             cure = "check its address, whether it runs, and for mqtts:// its certificate"
             raise DeviceGone(f"{self._params.broker} can't be used: {error}", cure) from error
         if code != MQTTErrorCode.MQTT_ERR_SUCCESS and not self._answers:
@@ -157,7 +132,7 @@ class BrokerSubscription:
         own_socket = client.socket()
         if own_socket is None:
             return
-        with suppress(*_BROKEN):
+        with suppress(*BROKEN):
             client.disconnect()
             client.loop(0)
         own_socket.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from mosaic_mqtt.connection import BrokerMessage
+from mosaic_mqtt.subscription import BrokerMessage
 
 PERIOD_S = 1.0
 

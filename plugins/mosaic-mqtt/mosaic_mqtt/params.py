@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 from urllib.parse import SplitResult, urlsplit
 
-from pydantic import Field, SecretStr, field_validator, model_validator
+from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
 
+from mosaic_core.contract.described_message import CommandField, checked_names, message_of
 from mosaic_core.contract.params import Params
 
 FAKE = "fake"
@@ -92,3 +93,61 @@ class SubscribeParams(BrokerParams):
         if "\0" in topic or "#" in levels[:-1] or any(len(one) > 1 and set(one) & set("+#") for one in levels):
             raise ValueError("no topic filter: + and # stand alone between slashes, and # is the last")
         return topic
+
+
+MAX_FIELDS = 64
+
+
+class PublishParams(BrokerParams):
+    topic: str = Field(min_length=1, max_length=1024, description="The topic that the commands are published under.")
+    fields: dict[str, CommandField] = Field(
+        min_length=1, max_length=MAX_FIELDS, description="The keys of a command; each command has all of them."
+    )
+    payload: Literal["json", "value"] = Field(
+        default="json",
+        description="`json`: an object with these keys; `value`: of a single key the value alone.",
+    )
+    safe: dict[str, float | bool | str] = Field(
+        default={},
+        description="What the safe command says beside 0 for each velocity of `fields`. It needs all of the rest.",
+    )
+    qos: Literal[0, 1] = Field(default=0, description="1: what is lost on the way to the broker is sent again.")
+    retain: bool = Field(default=False, description="The broker keeps the last command for who subscribes later.")
+
+    @field_validator("topic")
+    @classmethod
+    def _is_a_topic(cls, topic: str) -> str:
+        if set(topic) & set("+#\0"):
+            raise ValueError("a topic that is published under has no + and no #")
+        return topic
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> PublishParams:
+        checked_names(self.fields)
+        if self.payload == "value" and len(self.fields) != 1:
+            raise ValueError("payload: value is for a single key in `fields`; write json")
+        unknown = [key for key in self.safe if key not in self.fields]
+        if unknown:
+            raise ValueError(f"safe: {', '.join(unknown)}: not among the fields")
+        if self.safe_command is None and self.moves:
+            missing = [key for key, field in self.fields.items() if field.kind != "velocity"]
+            raise ValueError(f"what moves needs a safe command: `safe` lacks {', '.join(missing)}")
+        return self
+
+    @property
+    def moves(self) -> bool:
+        """Whether a command moves something."""
+        return any(field.kind is not None for field in self.fields.values())
+
+    @property
+    def safe_command(self) -> dict[str, Any] | None:
+        """The command that brings whoever listens into a safe state, if there is one. Raises :class:`ValueError`."""
+        zeros = {key: 0.0 for key, field in self.fields.items() if field.kind == "velocity"}
+        safe = {**zeros, **self.safe}
+        if not self.safe and len(zeros) < len(self.fields):
+            return None
+        try:
+            return message_of("Safe", self.fields).model_validate(safe).model_dump(mode="json")
+        except ValidationError as error:
+            told = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors()[:3])
+            raise ValueError(f"safe: {told}") from None

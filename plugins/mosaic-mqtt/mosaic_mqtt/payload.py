@@ -1,9 +1,12 @@
-"""Reads the payloads of MQTT messages. Whatever is read can be sent: finite numbers, valid Unicode, bounded depth."""
+"""Reads and writes the payloads of MQTT messages. Whatever is read can be sent: finite numbers, valid Unicode,
+bounded depth.
+"""
 
 from __future__ import annotations
 
 import json
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from mosaic_core.words.wire_model import to_json
 
@@ -34,3 +37,11 @@ def _children(value: Any) -> list[Any]:
     if isinstance(value, dict):
         return list(value.values())
     return value if isinstance(value, list) else []
+
+
+def payload_of(command: Mapping[str, Any], form: Literal["json", "value"]) -> bytes:
+    """The command as a JSON object; ``value``: its only value, where text has no quotation marks."""
+    if form == "json":
+        return to_json(dict(command)).encode()
+    (value,) = command.values()
+    return value.encode() if isinstance(value, str) else to_json(value).encode()

@@ -12,10 +12,10 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message
 from mosaic_core.machines.timing.pacing import ComplaintPace
-from mosaic_mqtt.connection import BrokerMessage, BrokerSubscription
 from mosaic_mqtt.fake_subscription import FakeSubscription
 from mosaic_mqtt.params import FAKE, SubscribeParams
 from mosaic_mqtt.payload import json_value
+from mosaic_mqtt.subscription import BrokerMessage, BrokerSubscription
 
 _log = logging.getLogger(__name__)
 T = TypeVar("T")

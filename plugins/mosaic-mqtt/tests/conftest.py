@@ -54,6 +54,23 @@ class Mosquitto:
             self._process.communicate()
             self._process = None
 
+    def knows(self, name: str, password: str) -> str:
+        """The line by which it lets in whoever has this name and password."""
+        passwords = self.folder / "passwords"
+        passwords.touch(mode=0o600)
+        subprocess.run(["mosquitto_passwd", "-b", str(passwords), name, password], check=True)
+        return f"password_file {passwords}"
+
+    def certified(self) -> tuple[str, str]:
+        """The lines by which it speaks TLS, with a certificate that is ``cert.pem`` in its folder."""
+        certificate, key = self.folder / "cert.pem", self.folder / "key.pem"
+        subprocess.run(
+            ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2",
+             "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", str(key),
+             "-out", str(certificate)], check=True, capture_output=True,
+        )  # fmt: skip
+        return f"certfile {certificate}", f"keyfile {key}"
+
     def keep(self, *messages: tuple[str, bytes | str]) -> None:
         """Publish them as retained ones: whoever subscribes later gets them."""
         publish.multiple(

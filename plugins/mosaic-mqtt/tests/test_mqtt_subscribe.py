@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import subprocess
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -166,10 +165,7 @@ ROVER = {"username": "rover", "password": "s3cret"}
 
 
 def test_a_wrong_password_is_told_with_its_cure_and_the_right_one_lets_in(stopped_broker: Mosquitto) -> None:
-    passwords = stopped_broker.folder / "passwords"
-    passwords.touch(mode=0o600)
-    subprocess.run(["mosquitto_passwd", "-b", str(passwords), "rover", "s3cret"], check=True)
-    stopped_broker.start("allow_anonymous false", f"password_file {passwords}")
+    stopped_broker.start("allow_anonymous false", stopped_broker.knows("rover", "s3cret"))
 
     with pytest.raises(DeviceGone, match=r"refused the connection.*check username") as refused:
         collect(subscriber(stopped_broker.url, **{**ROVER, "password": "wr0ng"}), 1)
@@ -182,12 +178,7 @@ def test_a_wrong_password_is_told_with_its_cure_and_the_right_one_lets_in(stoppe
 
 def test_an_encrypted_broker_is_trusted_by_its_certificate_alone(stopped_broker: Mosquitto) -> None:
     folder, port = stopped_broker.folder, stopped_broker.port
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2",
-         "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", f"{folder}/key.pem",
-         "-out", f"{folder}/cert.pem"], check=True, capture_output=True,
-    )  # fmt: skip
-    stopped_broker.start("allow_anonymous true", f"certfile {folder}/cert.pem", f"keyfile {folder}/key.pem")
+    stopped_broker.start("allow_anonymous true", *stopped_broker.certified())
     url = f"mqtts://127.0.0.1:{port}"
 
     with subscriber(url, ca_file=f"{folder}/cert.pem")._subscription():
