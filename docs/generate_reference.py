@@ -41,6 +41,7 @@ FIRST_PARTY = (
     "mosaic-core", "mosaic-arm", "mosaic-audio", "mosaic-camera", "mosaic-cmdvel", "mosaic-host", "mosaic-i2c",
     "mosaic-core", "mosaic-arm", "mosaic-audio", "mosaic-camera", "mosaic-cmdvel", "mosaic-gpio", "mosaic-i2c",
     "mosaic-mavlink", "mosaic-recorder", "mosaic-ros2", "mosaic-sensors", "mosaic-sim",
+    "mosaic-mqtt", "mosaic-recorder", "mosaic-ros2", "mosaic-sensors", "mosaic-sim",
 )  # fmt: skip
 
 

@@ -40,7 +40,7 @@ def lockstep(installed: Iterable[Distribution]) -> Finding:
 _FIRST_PARTY = frozenset(
     f"{OUR_PREFIX}{name}"
     for name in (
-        "core", "audio", "camera", "cmdvel", "i2c", "mavlink", "recorder", "ros2", "sensors", "server", "sim",
+        "core", "audio", "camera", "cmdvel", "i2c", "mavlink", "mqtt", "recorder", "ros2", "sensors", "server", "sim",
     )
 )  # fmt: skip
 

@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
+from mosaic_core.contract.described_message import DescribedField
 from mosaic_sensors.lines import Lines
-from mosaic_sensors.serial_lines.params import LineField
 
 PERIOD_S = 0.1
 
@@ -26,7 +26,7 @@ class FakeLineDevice(Protocol):
 class FakeJsonDevice:
     """Tells ``fields`` ten times a second; of those that it was commanded, the last command."""
 
-    def __init__(self, fields: Mapping[str, LineField]) -> None:
+    def __init__(self, fields: Mapping[str, DescribedField]) -> None:
         self._fields = fields
         self._commanded: dict[str, Any] = {}
         self._lines = Lines()

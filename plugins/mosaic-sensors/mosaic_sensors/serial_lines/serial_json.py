@@ -9,22 +9,22 @@ from typing import Any, ClassVar
 from pydantic import Field, ValidationError, model_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.described_message import CommandField, DescribedField, checked_names, message_of, with_message
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler
 from mosaic_core.contract.params import Message
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.wire_model import to_json
 from mosaic_sensors.serial_lines.fake_device import FakeJsonDevice
 from mosaic_sensors.serial_lines.link import SILENCE_S, LineLink
-from mosaic_sensors.serial_lines.params import CommandField, LineField, LineParams, checked_names, message_of
+from mosaic_sensors.serial_lines.params import LineParams
 from mosaic_sensors.serial_lines.reader import LineReader
-from mosaic_sensors.serial_lines.typed import with_message
 from mosaic_sensors.udp_json import parsed_object
 
 MAX_FIELDS = 64
 
 
 class SerialJsonParams(LineParams):
-    fields: dict[str, LineField] = Field(
+    fields: dict[str, DescribedField] = Field(
         default={}, max_length=MAX_FIELDS, description="The keys of a line; default: any object is sent as it is."
     )
     commands: dict[str, CommandField] = Field(
