@@ -11,14 +11,13 @@ import httpx
 from pydantic import Field, StringConstraints, ValidationError, field_validator, model_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.described_message import DescribedField, checked_names, message_of, with_message
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message, Params
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.data_type import Delivery
 from mosaic_host.web.json_body import JsonPage
 from mosaic_host.web.pointer import MAX_POINTER, checked_pointer, part_of
-from mosaic_sensors.serial_lines.params import LineField, checked_names, message_of
-from mosaic_sensors.serial_lines.typed import with_message
 
 FAKE = "fake"
 MAX_FIELDS = 64
@@ -27,7 +26,7 @@ HeaderText = Annotated[str, StringConstraints(max_length=4096, pattern=r"^[\x20-
 HeaderName = Annotated[str, StringConstraints(max_length=64, pattern=r"^[A-Za-z0-9-]+$")]
 
 
-class PolledField(LineField):
+class PolledField(DescribedField):
     """One key of the message."""
 
     pointer: str | None = Field(
