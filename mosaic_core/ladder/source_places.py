@@ -53,9 +53,15 @@ def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePl
     """The innermost line of ``packages`` on the way of an error; else the innermost that is not the framework's."""
     if isinstance(error, SyntaxError) and error.filename:
         return CodePlace(error.filename, error.lineno)
+    return place_of_frames(traceback.extract_tb(error.__traceback__), packages)
+
+
+def place_of_frames(stack: Iterable[traceback.FrameSummary], packages: Iterable[str] = ()) -> CodePlace:
+    """The innermost line of ``packages`` in a stack, else the innermost that is neither the framework's nor Python's
+    own library."""
     frames = [
         frame
-        for frame in traceback.extract_tb(error.__traceback__)
+        for frame in stack
         if not frame.filename.startswith((_FROZEN, CORE_FOLDER)) and "importlib" not in frame.filename
     ]
     named = tuple(f"/{one}/" for one in packages) + tuple(f"/{one}.py" for one in packages)

@@ -170,6 +170,22 @@ async def test_who_waits_no_longer_takes_the_request_back() -> None:
         await until(lambda: walk.cancelled == ["a"])
 
 
+@pytest.mark.parametrize("end", ["refused", "cancelled", "timed out"])
+async def test_a_request_without_an_answer_is_no_lost_message(caplog: pytest.LogCaptureFixture, end: str) -> None:
+    async with joined(*CONNECTORS, takes_leases=True) as link:
+        if end == "refused":
+            with pytest.raises(RequestRefused):
+                await link.connection.request("adder", {"numbers": []})
+        elif end == "timed out":
+            with pytest.raises(RequestFailed):
+                await link.connection.request("patient", {"n": 1}, timeout_s=0.05)
+        else:
+            with pytest.raises(TimeoutError):
+                await asyncio.wait_for(link.connection.request("patient", {"n": 1}), 0.05)
+        await link.connection.close()
+    assert not [one for one in caplog.records if "lost while there was no connection" in one.getMessage()]
+
+
 async def test_a_stop_cancels_what_needs_a_lease_and_refuses_more() -> None:
     async with joined(*CONNECTORS, takes_leases=True) as link:
         walk = handler(link, "walk")
