@@ -137,7 +137,7 @@ BRONZE = (
     ConnectorRule(
         "loads", "bronze", "The entry point can be imported.",
         "A robot whose file names the type does not start.",
-        "Mend the line that the traceback names; what is imported belongs in the dependencies.", loads,
+        "Mend the line that is named; what is imported belongs in the dependencies.", loads,
     ),
     ConnectorRule(
         "is-a-configurer", "bronze", "It names a complete subclass of `Configurer`.",

@@ -24,6 +24,7 @@ from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.handler_problems import named_in
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.words.errors import MosaicError
 
 LABEL = "examined"
 _MAX_DEPTH = 8
@@ -47,8 +48,10 @@ class Examinee:
         try:
             loaded: object = self.entry_point.load()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way
-            message = f"importing {self.entry_point.value} raises {type(error).__name__}: {error}"
             place = place_of_error(error)
+            if isinstance(error, MosaicError):  # what a class declares, told with its place and cure
+                return Fault(str(error).removeprefix(f"{place}: "), place if place.file else self.entry_place)
+            message = f"importing {self.entry_point.value} raises {type(error).__name__}: {error}"
             return Fault(message, place if place.file else self.entry_place, trace_of(error))
         return loaded
 

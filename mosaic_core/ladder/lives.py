@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
+import sys
 import threading
 import time
+import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -20,8 +22,9 @@ from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.commands import NoCommand, moving_command
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import NotJudged
+from mosaic_core.ladder.fault import CodePlace, NotJudged
 from mosaic_core.ladder.shipment import MAX_FILES
+from mosaic_core.ladder.source_places import place_of_frames
 from mosaic_core.ladder.trial_run import entered, trial_run
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
@@ -47,11 +50,13 @@ _DEVICES = {"port", "device", "source", "path", "file", "camera_id"}
 @dataclass(slots=True)
 class Life:
     """Three runs of the same handlers, or one that did not end. ``failures``: each with the number of its run;
-    ``stop_s``: the slowest end; ``messages``: what all of them sent."""
+    ``stop_s``: the slowest end; ``messages``: what all of them sent; ``stuck``: the lines at which bodies were that did
+    not end."""
 
     failures: list[tuple[int, BaseException]] = field(default_factory=list)
     stop_s: float = 0.0
     messages: int = 0
+    stuck: list[CodePlace] = field(default_factory=list)
 
     @property
     def bugs(self) -> list[tuple[int, BaseException]]:
@@ -81,9 +86,19 @@ async def lived(one: Examinee) -> Life:
             life.failures += [(number, error) for error in run.failures]
             life.stop_s = max(life.stop_s, run.stop_s)
             if life.stop_s >= STOP_PATIENCE_S:
+                life.stuck = _lines_of_threads(one)
                 break  # its thread is left behind, and another one would be
     _lives[one] = life
     return life
+
+
+def _lines_of_threads(one: Examinee) -> list[CodePlace]:
+    """Where the threads of its handlers are just now: the innermost line of its own code on each."""
+    names = {f"mosaic-{handler.label}" for handler in one.handlers}
+    idents = {thread.ident for thread in threading.enumerate() if thread.name in names}
+    stacks = [frame for ident, frame in sys._current_frames().items() if ident in idents]
+    places = (place_of_frames(traceback.extract_stack(frame), one.shipment.packages()) for frame in stacks)
+    return list(dict.fromkeys(place for place in places if place.file))
 
 
 def _must_be_run(one: Examinee) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, message_type_of
-from mosaic_core.contract.units import unit_of
+from mosaic_core.contract.units import KNOWN_UNITS, unit_of
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.drill import drill
 from mosaic_core.drill.recorder import acts_on_silence
@@ -21,11 +21,12 @@ from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
 from mosaic_core.ladder.lives import absent_device_errors, is_absence, lived
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
-from mosaic_core.ladder.source_places import CORE_FOLDER, place_of_attribute, place_of_class, place_of_field
+from mosaic_core.ladder.source_places import CORE_FOLDER, place_of_class, place_of_field
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.safety_problems import says_motion
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import hint_at
 
 KIT = "mosaic_core.testing"
 DRILLED = (
@@ -60,12 +61,20 @@ def _without_units(models: list[type[BaseModel]]) -> Iterator[Fault]:
     for model in models:
         for name, field in model.model_json_schema().get("properties", {}).items():
             declared = next((key for key, info in model.model_fields.items() if name in (key, info.alias)), name)
-            if not _is_number(field) or "unit" in field or unit_of(declared, field):
+            what = _wrong_unit(declared, field)
+            if not what:
                 continue
             place = place_of_field(model, declared)
             # A model without a line is made as it runs from what others defined, such as the messages of a robot.
             if place.line is not None and not place.file.startswith(CORE_FOLDER):
-                yield Fault(f"{model.__name__}.{declared} is a number without a unit", place)
+                yield Fault(f"{model.__name__}.{declared} {what}", place)
+
+
+def _wrong_unit(declared: str, field: Mapping[str, Any]) -> str:
+    if "unit" in field:
+        said = str(field["unit"])
+        return "" if said in KNOWN_UNITS else f"has a unit that nobody knows, '{said}'{hint_at(said, KNOWN_UNITS)}"
+    return "is a number without a unit" if _is_number(field) and not unit_of(declared, field) else ""
 
 
 def _is_number(field: Mapping[str, Any]) -> bool:
@@ -87,10 +96,8 @@ async def hears_stop(one: Examinee) -> list[Fault]:
     life = await lived(one)
     if life.stop_s < STOP_PATIENCE_S:
         return []
-    message = f"it took {life.stop_s:.1f} s to stop, {STOP_PATIENCE_S:g} s are waited for"
-    kind, bodies = type(one.handlers[0]), ("messages", "frames", "sounds", "handle_data")
-    body = next((name for name in bodies if hasattr(kind, name)), "")
-    return [Fault(message, place_of_attribute(kind, body))]
+    message = f"it had not stopped after {STOP_PATIENCE_S:g} s, and was left behind with its thread"
+    return [Fault(message, place) for place in life.stuck] or [Fault(message, one.place)]
 
 
 async def absent_devices_are_gone(one: Examinee) -> list[Fault]:

@@ -53,9 +53,15 @@ def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePl
     """The innermost line of ``packages`` on the way of an error; else the innermost that is not the framework's."""
     if isinstance(error, SyntaxError) and error.filename:
         return CodePlace(error.filename, error.lineno)
+    return place_of_frames(traceback.extract_tb(error.__traceback__), packages)
+
+
+def place_of_frames(stack: Iterable[traceback.FrameSummary], packages: Iterable[str] = ()) -> CodePlace:
+    """The innermost line of ``packages`` in a stack, else the innermost that is neither the framework's nor Python's
+    own library."""
     frames = [
         frame
-        for frame in traceback.extract_tb(error.__traceback__)
+        for frame in stack
         if not frame.filename.startswith((_FROZEN, CORE_FOLDER)) and "importlib" not in frame.filename
     ]
     named = tuple(f"/{one}/" for one in packages) + tuple(f"/{one}.py" for one in packages)
@@ -65,11 +71,14 @@ def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePl
 
 
 def trace_of(error: BaseException) -> str:
-    """The traceback of an error as its author would see it: without the frames that imported the plugin."""
+    """The traceback of an error as its author would see it: without the frames that imported the plugin, and
+    those of the framework in which it ended."""
     frames = traceback.extract_tb(error.__traceback__)
     first = next((at for at, frame in enumerate(frames) if not frame.filename.startswith((_FROZEN, CORE_FOLDER))), 0)
     kept = [frame for frame in frames[first:] if not frame.filename.startswith(_FROZEN)]
     kept = [frame for frame in kept if "importlib" not in Path(frame.filename).parts]
+    while kept and kept[-1].filename.startswith(CORE_FOLDER):
+        kept.pop()
     lines = traceback.format_list(kept) if kept else []
     head = ["Traceback (most recent call last):\n"] if lines else []
     return "".join([*head, *lines, *traceback.format_exception_only(error)]).rstrip()

@@ -19,7 +19,7 @@ from mosaic_core.operator.delivery.session_streams import SessionStreams
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings
-from mosaic_core.operator.stores.channel_plan import Known, changed_labels
+from mosaic_core.operator.stores.channel_plan import Known, changed_labels, check_answers
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.request_caller import RequestCaller
 from mosaic_core.operator.stores.robot_stores import RobotStores
@@ -156,8 +156,9 @@ class RobotConnection(RobotStores):
         what it tells meanwhile. Cancelling the task that waits takes the request back.
 
         Raises :class:`RequestRefused` with the code of the robot, and :class:`RequestFailed` where no answer can come:
-        out of time, or the way to the robot lost.
+        out of time, or the way to the robot lost. Raises :class:`ConnectionFailed` where the connector answers none.
         """
+        check_answers(label, self.known)
         if label not in self._callers:
             self._callers[label] = RequestCaller(self.bidirectional(label))
         return await self._callers[label].request(question, timeout_s, on_progress)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
+import tty
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +17,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from mosaic_core import Configurer, DataChannelReceivable
+from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, Shared
 from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
@@ -108,6 +110,29 @@ def test_the_handlers_of_the_howto_are_three_channels() -> None:
     made = build(run_blocks("docs/howto/several-handlers.md")["PickerConfigurer"], label="picker")
     entry = catalogue_entry("picker", "picker", made)
     assert [one.label for one in entry.apart()] == ["picker", "picker_joints", "picker_grip"]
+
+
+def test_the_shared_board_of_the_howto_is_opened_anew_after_it_vanished(tmp_path: Path) -> None:
+    configurer, port, shared = (
+        run_blocks("docs/howto/several-handlers.md")["BoardConfigurer"],
+        tmp_path / "port",
+        Shared(),
+    )
+    made = build(configurer, label="board", params={"port": str(port)}, shared=shared)
+    button, lamp = made
+    assert button.board is lamp.board
+    with shared.entered():
+        for answer in (b"1\n", b"0\n"):
+            with pytest.raises(DeviceGone, match="no board on"):
+                button.board.ask("button?")
+            board, line = os.openpty()
+            tty.setraw(line)
+            port.symlink_to(os.ttyname(line))
+            os.write(board, answer)
+            assert next(button.messages()).is_pressed == (answer == b"1\n")
+            os.close(line)
+            os.close(board)  # it is pulled out
+            port.unlink()
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("python"))

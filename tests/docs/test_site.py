@@ -87,6 +87,13 @@ def test_every_public_name_is_on_its_page(site: Path) -> None:
         assert {f"{module}.{name}" for name in importlib.import_module(module).__all__} <= headings
 
 
+def test_a_page_that_a_clone_can_not_show_names_the_command_that_builds_it() -> None:
+    pages = [path for path in (ROOT / "docs").rglob("*.md") if "\n::: " in path.read_text()]
+    assert len(pages) >= len(PUBLIC)
+    for path in (*pages, ROOT / "README.md"):
+        assert "`.venv/bin/nox -s docs`" in path.read_text(), path
+
+
 def test_every_page_is_on_the_menu() -> None:
     menu = set(re.findall(r'= "([\w/-]+\.md)"', (ROOT / "zensical.toml").read_text())) | {"index.md"}
     assert {str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")} == menu

@@ -57,7 +57,7 @@ BREACHES = {
     "message-units": (C, 'Field(json_schema_extra=unit("bar"))', "Field()", "Reading.pressure is a number without"),
     "param-units": (C, "period_s: float", "period: float", "GaugeParams.period is a number without a unit"),
     "starts-again": (C, BODY, ONCE, "run 2 ends with RuntimeError: opened already"),
-    "hears-stop": (C, BODY, DEAF, "to stop, 1.5 s are waited for"),
+    "hears-stop": (C, BODY, DEAF, "had not stopped after 1.5 s"),
     "device-gone": (C, 'raise DeviceGone("unplugged")', 'raise OSError("unplugged")', "it raises OSError: unplugged"),
     "blocks-nothing": (C, BODY, ASYNC_BODY, "for … in every(…) in an `async def`"),
     "tests-with-kit": ("tests/test_gauge.py", "mosaic_core.testing", "acme_gauge", "none of its tests imports"),
@@ -135,6 +135,24 @@ async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, nam
     assert fault.place.file.startswith(str(plugin.folder))
     if not isinstance(found[0].rule, ShipmentRule) and file == C:
         assert fault.place.line is not None
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [("barr", "has a unit that nobody knows, 'barr'; did you mean 'bar'?"), ("furlongz", "knows, 'furlongz'.")],
+)
+async def test_a_unit_that_nobody_knows_is_told_with_the_nearest(plugin: GoodPlugin, said: str, told: str) -> None:
+    plugin.spoil(C, 'unit("bar")', f'unit("{said}")')
+    (finding,) = [one for one in await findings(plugin, only=("message-units",)) if one.verdict == "failed"]
+    assert finding.faults[0].message.endswith(told)
+
+
+async def test_what_never_stops_is_named_by_the_line_where_it_hangs(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, BODY, DEAF)
+    (finding,) = [one for one in await findings(plugin, only=("hears-stop",)) if one.verdict == "failed"]
+    (fault,) = finding.faults
+    assert fault.place.line is not None
+    assert "time.sleep(1.8)" in Path(fault.place.file).read_text().splitlines()[fault.place.line - 1]
 
 
 async def test_an_import_error_has_the_authors_traceback_and_line(plugin: GoodPlugin) -> None:

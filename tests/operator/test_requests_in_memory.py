@@ -5,14 +5,15 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import pytest
 
-from mosaic_core import DataChannelConfigurer, Message, NoParams, Refused, Request, RequestHandler
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, NoParams, Refused, Request, RequestHandler
 from mosaic_core.laboratory.joining import Joined, connector, joined, until
 from mosaic_core.operator import RequestFailed, RequestRefused
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, ConnectionFailed
 
 
 class Sum(Message):
@@ -168,6 +169,40 @@ async def test_who_waits_no_longer_takes_the_request_back() -> None:
         await until(lambda: walk.began)
         asked.cancel()
         await until(lambda: walk.cancelled == ["a"])
+
+
+class Sums(DataChannelSendable[Total]):
+    def messages(self) -> Iterator[Total]:
+        yield Total(total=0.0)
+
+
+class SumsConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Sums:
+        return Sums(self.label)
+
+
+async def test_what_answers_no_requests_is_told_with_the_nearest_label_that_does() -> None:
+    async with joined(*CONNECTORS, connector(SumsConfigurer, label="added")) as link:
+        with pytest.raises(ConnectionFailed) as told:
+            await link.connection.request("added", {})
+        assert told.value.message == "'added' answers no requests; did you mean 'adder'?"
+        assert told.value.cure == "Those that do: adder, walk, slow, patient."
+
+
+@pytest.mark.parametrize("end", ["refused", "cancelled", "timed out"])
+async def test_a_request_without_an_answer_is_no_lost_message(caplog: pytest.LogCaptureFixture, end: str) -> None:
+    async with joined(*CONNECTORS, takes_leases=True) as link:
+        if end == "refused":
+            with pytest.raises(RequestRefused):
+                await link.connection.request("adder", {"numbers": []})
+        elif end == "timed out":
+            with pytest.raises(RequestFailed):
+                await link.connection.request("patient", {"n": 1}, timeout_s=0.05)
+        else:
+            with pytest.raises(TimeoutError):
+                await asyncio.wait_for(link.connection.request("patient", {"n": 1}), 0.05)
+        await link.connection.close()
+    assert not [one for one in caplog.records if "lost while there was no connection" in one.getMessage()]
 
 
 async def test_a_stop_cancels_what_needs_a_lease_and_refuses_more() -> None:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, TypeAlias
 
-import yaml
 from pydantic import TypeAdapter
 
 from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
-from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.request_handler import answer_schema
 from mosaic_core.contract.units import unit_of
@@ -115,9 +113,3 @@ def _bounds(field: dict[str, Any]) -> str:
 
 def _short(number: float) -> str:
     return f"{number:.0f}" if number == int(number) else f"{number:g}"
-
-
-def example_yaml(connector_type: str, configurer: type[Configurer[Any]]) -> str:
-    """The example as it is pasted below ``connectors:``."""
-    text = yaml.safe_dump([example_of(connector_type, configurer)], sort_keys=False, allow_unicode=True)
-    return "".join(f"  {line}\n" for line in text.splitlines())

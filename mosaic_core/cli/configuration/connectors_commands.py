@@ -53,7 +53,8 @@ def show(
 ) -> None:
     """Show one connector type: its params, what is in force of its channels by default, the limits that it takes, and
     an example to paste."""
-    from mosaic_core.cli.configuration.connector_description import example_yaml, param_tables
+    from mosaic_core.cli.configuration.connector_description import param_tables
+    from mosaic_core.cli.configuration.connector_example import example_yaml
 
     resolver = resolver_beside(HERE, local_connectors)
     configurer = resolver.resolve(connector_type)
@@ -79,7 +80,7 @@ def _as_json(one: InstalledConnector, description: str) -> dict[str, Any]:
 def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]]) -> dict[str, Any]:
     from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of
     from mosaic_core.cli.configuration.connector_description import request_schemas
-    from mosaic_core.contract.example import example_of
+    from mosaic_core.cli.configuration.connector_example import shown_example
     from mosaic_core.words.delivery import DeliveryContract
 
     try:
@@ -92,7 +93,7 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
         **request_schemas(configurer),
         "safety": configurer.safety_model.model_json_schema(),
         "delivery": DeliveryContract.model_json_schema(),
-        "example": example_of(installed.type, configurer),
+        "example": shown_example(installed.type, configurer),
         "channels": channels,
         **({"unmade": unmade} if unmade else {}),
     }

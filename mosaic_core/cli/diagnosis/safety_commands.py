@@ -43,16 +43,19 @@ def drill(
 ) -> None:
     """Silence, a dead link, a frozen picture, stop, strangers: what do this configuration's receivers do?
 
-    Real configurers, limits, time-outs and robot, with server and network in memory. Dry by default: handle_data and
+    Real configurers, limits, time-outs and robot, with server and network in memory: what the file says of a server
+    is no matter. Dry by default: handle_data and
     make_safe of the plugins are replaced by recorders and no device is opened, so it shows that the framework and the
     file are right, not that the wheels stand. Exit code 1 if anything fails.
     """
     from mosaic_core.drill.drill import EXERCISES
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.configuration.config_loader import load_connectors
 
     for name in only or ():
         need_known("exercise", name, list(EXERCISES))
-    configured = AutoConfigurer(resolver=resolver_beside(config, local_connectors)).from_file(config)
+    resolver = resolver_beside(config, local_connectors)
+    configured = AutoConfigurer(resolver=resolver).configure(load_connectors(config, resolver=resolver))
     if live and not yes:
         _confirm(configured)
     raise typer.Exit(_run(configured, live=live, only=tuple(only or ()), as_json=as_json))

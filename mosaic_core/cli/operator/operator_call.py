@@ -12,6 +12,7 @@ from mosaic_core.cli.operator.operator_send import leased
 from mosaic_core.cli.operator.operator_session import connected, until_closed
 from mosaic_core.cli.terminal.error_report import FINE
 from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.operator.stores.channel_plan import check_answers
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -28,11 +29,22 @@ class Call:
 
     async def __call__(self, operator: MosaicOperator) -> int:
         question = self._read()
-        connection = await connected(operator, self.robot, self.label, MosaicDataType.JSON_BI)
+        connection = await self._connected(operator)
         async with leased(connection, self.label) as resource:
             if resource is not None:
                 typer.echo(f"holding the lease of {resource!r}", err=True)
             return await until_closed(connection, self._ask(connection, question))
+
+    async def _connected(self, operator: MosaicOperator) -> RobotConnection:
+        try:
+            return await connected(operator, self.robot, self.label, MosaicDataType.JSON_BI)
+        except ConnectionFailed as error:
+            if error.code != "channel.wrong_direction":
+                raise
+            # Only the robot itself says what answers; what the server has of it is too short.
+            connection = await connected(operator, self.robot)
+            check_answers(self.label, connection.known)
+            raise
 
     def _read(self) -> Any:
         try:

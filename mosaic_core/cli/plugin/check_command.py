@@ -103,8 +103,8 @@ def _show(out: Console, shipment: Shipment, level: Level, found: list[RuleFindin
         cells = [Text(verdict, _STYLES.get(verdict, "")) for verdict in verdicts]
         table.add_row(name, rule.level, *cells)
     out.print(table)
-    for one in found:
-        _explain(out, one, with_traces=with_traces)
+    for alike in _told_once(found):
+        _explain(out, alike, with_traces=with_traces)
     _tell_unjudged(out, found)
     stands = reached(found)
     out.print(Text.assemble(f"\n{shipment.source}: ", (stands or "below bronze", f"bold {_MEDALS[stands]}")), end="")
@@ -129,12 +129,21 @@ def _order(one: RuleFinding) -> int:
     return RULES.index(one.rule)
 
 
-def _explain(out: Console, one: RuleFinding, *, with_traces: bool) -> None:
+def _told_once(found: list[RuleFinding]) -> list[list[RuleFinding]]:
+    """What failed; connectors that fail by the same line together, such as those of one file that can't be imported."""
+    alike: dict[object, list[RuleFinding]] = {}
+    for one in found:
+        if one.verdict == "failed":
+            key = one.rule.name, tuple((fault.place, fault.trace or fault.message) for fault in one.faults)
+            alike.setdefault(key, []).append(one)
+    return list(alike.values())
+
+
+def _explain(out: Console, alike: list[RuleFinding], *, with_traces: bool) -> None:
     from rich.text import Text
 
-    if one.verdict != "failed":
-        return
-    out.print(Text(f"\n{one.rule.name}, {one.subject}: {one.rule.asks}", "bold"))
+    one, subjects = alike[0], ", ".join(one.subject for one in alike)
+    out.print(Text(f"\n{one.rule.name}, {subjects}: {one.rule.asks}", "bold"))
     for fault in one.faults[:_MAX_FAULTS]:
         out.print(Text(f"  {_shown(fault.place)}: {fault.message}" if str(fault.place) else f"  {fault.message}"))
         if fault.trace and (with_traces or one.rule.name == "loads"):

@@ -158,6 +158,21 @@ def entry_of(catalogue: Catalogue, label: str) -> CatalogueEntry:
     return entry
 
 
+def check_answers(label: str, known: Known) -> None:
+    """Refuse a question to a connector that goes one way only, as far as the robot announces it. Raises
+    :class:`ConnectionFailed` with the nearest label that answers."""
+    if known.catalogue is None or known.is_told:
+        return
+    entry = found_entry(known.catalogue, label)
+    if entry is None or entry.direction is Direction.BOTH:
+        return  # nobody has that label, which is told by whoever opens its channel
+    apart = known.catalogue.apart()
+    answering = [one.label for one in apart if one.answer_schema is not None]
+    cure = f"Those that do: {', '.join(answering)}." if answering else "No connector of this robot does."
+    message = f"{label!r} answers no requests{hint_at(label, answering)}"
+    raise ConnectionFailed(message, code="channel.wrong_direction", cure=cure)
+
+
 def media_labels_of(
     known: Known, stores: Sequence[MosaicStore], named: Sequence[RobotConnector] = ()
 ) -> tuple[str, ...]:

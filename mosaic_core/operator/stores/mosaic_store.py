@@ -60,6 +60,8 @@ class MosaicStore:
         self._listeners: dict[Moment, Listeners[[]]] = {}
         self._changed = asyncio.Event()
         self._gap_listeners: Listeners[[Gap]] = Listeners()
+        self.warns_of_gaps = True
+        """Whether the log tells of messages that were lost; not where whoever sent them hears of it anyway."""
 
     def before_connected(self) -> None:
         """The channel or track is about to be opened."""
@@ -148,9 +150,10 @@ class MosaicStore:
 
     def missed(self, lost: int | None, *, sent: bool) -> None:
         """``lost`` messages (``None``: nobody knows how many) got lost across a reconnection."""
-        label = self.robot_connector.connector_id
-        what = "messages" if lost is None else f"{lost} message(s)"
-        _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
+        if self.warns_of_gaps:
+            label = self.robot_connector.connector_id
+            what = "messages" if lost is None else f"{lost} message(s)"
+            _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
         for callback in self._gap_listeners:
             callback(Gap(lost, sent))
 

@@ -60,6 +60,7 @@ class RequestCaller:
         store.subscribe(self._heard)
         store.on_after_disconnected(self._disconnected)
         store.on_gap(self._missed)
+        store.warns_of_gaps = False  # whoever asked hears of it, as the end of the request
 
     async def request(
         self,

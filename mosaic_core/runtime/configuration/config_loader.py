@@ -14,7 +14,7 @@ from typing import Any
 
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_hints import hints_of
-from mosaic_core.runtime.configuration.config_problems import known_keys, validated
+from mosaic_core.runtime.configuration.config_problems import known_keys, sound_part, validated
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
 from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig
@@ -44,6 +44,20 @@ def validate_file(
     if allow_missing_env:
         document.problems = [one for one in document.problems if one.code != "config.missing_env"]
     return validate_document(document, resolver)
+
+
+def load_connectors(path: Path | str, *, resolver: ConnectorResolver | None = None) -> CheckedConfig:
+    """Read and check a file for what needs no server: what it says of one, and secrets that only the robot has, are no
+    matter. Raises :class:`ConfigError` with every other mistake."""
+    document = read_yaml(Path(path), os.environ)
+    if document.tree.get("connectors"):
+        document.tree.pop("server", None)
+        document.unknown = {place for place in document.unknown if place[:1] != ("server",)}
+        document.problems = [one for one in document.problems if one.path.partition(".")[0] != "server"]
+    validation = validate_document(document, resolver)
+    if validation.checked is None:
+        raise ConfigError(validation.problems)
+    return validation.checked
 
 
 def check_config(config: RobotConfig, *, resolver: ConnectorResolver | None = None) -> CheckedConfig:
@@ -131,6 +145,8 @@ class _Checker:
             return None
         params = self._part(configurer.params_model, raw, (*place, "params"))
         safety = self._part(configurer.safety_model, raw, (*place, "safety"))
+        if safety is None and isinstance(raw.get("safety"), dict):  # what else is wrong with it is told as well
+            safety = sound_part(configurer.safety_model, raw["safety"], self._document, (*place, "safety"))
         if config is None:
             # The robot's own part has a mistake or depends on what only the robot knows; this connector may be fine.
             config, _already_reported = validated(ConnectorConfig, raw, self._document, place)

@@ -97,6 +97,34 @@ def validated(
     return None, problems
 
 
+def sound_part(model: type[M], data: Any, document: YamlDocument, base: Place) -> M | None:
+    """``data`` without the values that :func:`validated` complains of, so that the rest can be checked further;
+    ``None`` where no rest is left that makes sense."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        mistakes = error.errors(include_url=False)
+    for mistake in mistakes:
+        place = real_place(mistake["loc"], document, base)[len(base) :]
+        if not place:
+            return None
+        data = _without(data, place)
+    try:
+        return model.model_validate(data)
+    except ValidationError:
+        return None
+
+
+def _without(data: Any, place: Place) -> Any:
+    """A copy of ``data`` without the value at ``place``, or the list that has it."""
+    key, rest = place[0], place[1:]
+    if not isinstance(data, dict) or key not in data:
+        return data
+    if rest and isinstance(data[key], dict):
+        return {**data, key: _without(data[key], rest)}
+    return {name: value for name, value in data.items() if name != key}
+
+
 def _told_once(mistakes: Sequence[ErrorDetails]) -> Iterator[tuple[ErrorDetails, str]]:
     """Each mistake, and the word (``'off'``) that could stand in its place: where a value or a word is taken, pydantic
     complains once about either."""

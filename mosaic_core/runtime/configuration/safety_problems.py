@@ -24,7 +24,8 @@ from mosaic_core.runtime.configuration.receiver_safety import (
 )
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.words.errors import Problem
-from mosaic_core.words.limits import ImpossibleLimit, clashes
+from mosaic_core.words.limits import FieldLimit, ImpossibleLimit, MotionKind, clashes
+from mosaic_core.words.safety_config import FieldBounds
 
 
 def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
@@ -63,12 +64,15 @@ def _unknown_fields(one: CheckedConnector, found: list[DataChannelReceivable[Any
 def _receiver_problems(
     one: CheckedConnector, handler: DataChannelReceivable[Any], *, is_alone: bool
 ) -> Iterator[Problem]:
-    safety = one.safety
-    bad = list(_limit_problems(one, handler))
-    yield from bad
-    if bad:
-        return
-    effective = ReceiverSafety.of(safety, handler)
+    found = list(_limit_problems(one, handler))
+    yield from (problem for _, problem in found)
+    # What else is wrong is told at once, as if the limits that can't be kept were not there.
+    sound = {field: its for field, its in one.safety.limits.items() if field not in {bad for bad, _ in found}}
+    safety = one.safety.model_copy(update={"limits": sound})
+    try:
+        effective = ReceiverSafety.of(safety, handler)
+    except ImpossibleLimit:
+        return  # by its class alone
     limited = (field for limit in effective.limits for field in limit.fields)
     fields = {*effective.motion_fields, *effective.position_fields, *limited}
     is_plain = message_type_of(type(handler)) in (str, bytes)
@@ -81,8 +85,8 @@ def _receiver_problems(
     yield from _field_problems(one, handler, fields)
 
 
-def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
-    """Of each limit alone, of its kind and the handler's, and of several limits of one field."""
+def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[tuple[str, Problem]]:
+    """Of each limit alone, of its kind and the handler's, and of several limits of one field; with the field."""
     label, fields, found = one.config.label, fields_of(handler, one.safety), []
     bad: set[str] = set()
     its_bounds = with_those_of_all(bounds_of(handler, one.safety), fields)
@@ -93,18 +97,33 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
         own = kind_for(handler, one.safety, field)
         if own is not None and bounds.kind not in (None, own):
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
-            yield _limit_problem(one, message, field, "kind", cure="remove `kind`")
-            continue
-        try:
-            kinds = (handler.motion_fields, handler.position_fields)
-            found.append(bounds.limit(field, own or kind_of(field, bounds, fields, *kinds)))
-        except ImpossibleLimit as wrong:
+            yield field, _limit_problem(one, message, field, "kind", cure="remove `kind`")
+            bounds = bounds.model_copy(update={"kind": None})
+        kind = own or kind_of(field, bounds, fields, handler.motion_fields, handler.position_fields)
+        wrongs, limit = _sound_limit(field, bounds, kind)
+        for wrong in wrongs:
             bad.add(field)
             keys = (wrong.key,) if wrong.key else ()
-            yield _limit_problem(one, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
+            yield field, _limit_problem(one, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
+        found += [limit] if limit is not None else []
     for field, message in clashes((*one.safety.field_limits(), *found)):
         cure = "write limits that can be kept together"
-        yield _limit_problem(one, f"connector '{label}': {message}", field, cure=cure)
+        yield field, _limit_problem(one, f"connector '{label}': {message}", field, cure=cure)
+
+
+def _sound_limit(field: str, bounds: FieldBounds, kind: MotionKind) -> tuple[list[ImpossibleLimit], FieldLimit | None]:
+    """Every mistake of one limit, and what is left of it without them; ``None`` where they are of the whole."""
+    wrongs: list[ImpossibleLimit] = []
+    while True:
+        try:
+            limit = bounds.limit(field, kind)
+        except ImpossibleLimit as wrong:
+            wrongs.append(wrong)
+            if not wrong.key or getattr(bounds, wrong.key) is None:
+                return wrongs, None
+            bounds = bounds.model_copy(update={wrong.key: None})
+        else:
+            return wrongs, None if wrongs else limit
 
 
 def _limit_problem(one: CheckedConnector, message: str, field: str, *key: str, cure: str) -> Problem:

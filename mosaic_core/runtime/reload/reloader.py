@@ -127,7 +127,8 @@ class Reloader:
         try:
             checked = load_config(self._path, resolver=resolver)
         except ConfigError as error:  # what is missing now may be what a broken file offers
-            raise ConfigError([*resolver.local.problems, *error.problems]) from None
+            broken = resolver.local.problems
+            raise ConfigError([*broken, *without_echoes(error.problems, broken, self.checked)]) from None
         for problem in resolver.local.problems:  # of a file that nobody uses
             logger.warning("%s", problem)
         old = {one.config.label: one for one in self.checked.connectors}
@@ -147,6 +148,19 @@ class Reloader:
             tuple(label for label in new if label not in old),
             tuple(label for label in old if label not in new),
         )
+
+
+def without_echoes(problems: Sequence[Problem], broken: Sequence[Problem], before: CheckedConfig) -> Iterator[Problem]:
+    """Those of ``problems`` that are no mere consequence of ``broken`` files, whose own mistakes are told already: a
+    type that such a file offered ``before``, and a file that imports it."""
+    files = {one.file for one in broken}
+    gone = {one.config.type for one in before.connectors if (local := one.installed.local) and str(local.file) in files}
+    echoes = {f"no connector type '{one}'" for one in gone}
+    places = [f"{one.file}:{one.line}:" for one in broken if one.line is not None]
+    for one in problems:
+        is_import = one.code == "config.broken_local" and any(place in one.message for place in places)
+        if not is_import and not (one.code == "config.unknown_type" and one.message in echoes):
+            yield one
 
 
 def _modules_of(checked: CheckedConfig) -> dict[str, Path]:

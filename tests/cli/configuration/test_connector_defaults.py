@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,7 +20,11 @@ from mosaic_core import (
     Params,
 )
 from mosaic_core.cli.configuration.connector_defaults import Channel, Unmade, defaults_of, lines_of
+from mosaic_core.cli.configuration.connector_example import example_yaml, shown_example
 from mosaic_core.messages import JointState, JointTarget, Twist
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
 
 class Arm(DataChannelReceivable[JointTarget]):
@@ -124,3 +129,23 @@ def test_a_plugin_that_opens_its_device_too_early_breaks_no_command() -> None:
     made = type("EarlyConfigurer", (BaseConfigurer,), {"configure": fails})
     with pytest.raises(Unmade, match="OSError: no bus here"):
         defaults_of("early", made)
+
+
+def test_the_example_of_what_moves_has_the_safety_that_is_in_force() -> None:
+    assert shown_example("arm", ArmConfigurer)["safety"] == {
+        "timeout_s": 0.5,
+        "limits": {
+            "positions.*": {"max_rate_per_s": 0.5},
+            "positions.elbow": {"min": -1.0, "max": 1.0, "max_rate_per_s": 0.5},
+        },
+    }
+    assert "safety" not in shown_example("base", BaseConfigurer)
+
+
+@pytest.mark.parametrize("connector_type", ["cmd-vel", "mavlink-velocity", "sim-mast-target", "arm-joints"])
+def test_the_example_of_each_of_our_movers_is_valid_as_it_is_shown(tmp_path: Path, connector_type: str) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text(f"connectors:\n{example_yaml(connector_type, ConnectorResolver().resolve(connector_type))}")
+    validation = validate_file(file)
+    assert [*validation.problems, *AutoConfigurer().rehearse(validation).problems] == []
+    assert "timeout_s" in file.read_text()

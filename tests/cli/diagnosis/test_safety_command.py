@@ -39,6 +39,20 @@ def test_the_drill_prints_a_table_and_ends_well(mosaic: Callable[..., Any], base
     assert "no device was touched" in ended.out
 
 
+def test_the_drill_needs_no_server_and_no_secret_of_the_robot(mosaic: Callable[..., Any], tmp_path: Path) -> None:
+    file, auth = (
+        tmp_path / "robot.yaml",
+        "{ type: simple-token, robot_id: '${MY_ID}', params: { token: '${MY_TOKEN}' } }",
+    )
+    file.write_text(f"server: {{ ws_url: 'wss://mosaic.example.org', auth: {auth} }}\nconnectors:\n{BASE}")
+    ended = mosaic("safety", "drill", str(file), "--only", "safe-action")
+    assert ended.code == 0, ended.err
+    file.write_text(f"connectors:\n{BASE}    safety: {{ timeout_s: '${{MY_TIMEOUT}}' }}\n")
+    ended = mosaic("safety", "drill", str(file))
+    assert ended.code == 2
+    assert "MY_TIMEOUT" in ended.err
+
+
 def test_in_a_pipe_a_row_is_a_line(
     mosaic: Callable[..., Any], base_yaml: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

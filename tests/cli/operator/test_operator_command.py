@@ -95,6 +95,9 @@ def add_observer(server: Any, seed: Any, email: str, name: str) -> None:
         database.close()
 
 
+ONE_WAY = "\n  code: channel.wrong_direction\n  cure: Those that do: survey.\n"
+
+
 @pytest.mark.webrtc
 class TestWithARobot:
     def test_robots_are_listed_with_their_connectors(self, operator: Run, seed: Any) -> None:
@@ -117,7 +120,16 @@ class TestWithARobot:
         [
             ("survey", "{duration_s: 1}", "code: channel.invalid"),
             ("survey", '{"duration_s": 21}', "duration_s"),
-            ("host", "{}", "host"),
+            (
+                "host",
+                "{}",
+                "'host' answers no requests.\n  code: channel.wrong_direction\n  cure: Those that do: survey.",
+            ),
+            (
+                "cmd_vel",
+                "{}",
+                "'cmd_vel' answers no requests.\n  code: channel.wrong_direction\n  cure: Those that do: survey.",
+            ),
             ("surwey", "{}", "survey"),
         ],
     )

@@ -119,3 +119,43 @@ def test_a_name_that_nobody_knows_is_a_mistake_of_the_words() -> None:
     done = check("mosaic-camra")
     assert done.exit_code != 0
     assert "mosaic-camera" in str(done.exception.cure)  # type: ignore[union-attr]
+
+
+WHEELS = """
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Message, NoParams
+
+class Turn(Message):
+    speed_mps: float
+
+class Wheel(DataChannelReceivable[Turn]):
+    timeout_s = 0.3
+    motion_fields = ("speed_mps",)
+    def handle_data(self, data): pass
+
+class LeftConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "left"
+    def configure(self): return Wheel(self.label)
+
+class RightConfigurer(LeftConfigurer):
+    connector_type = "right"
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "mistake"),
+    [
+        (WHEELS, "Wheel: timeout_s is set, and after it nothing would happen: make_safe is not written."),
+        (WHEELS.replace("timeout_s = 0.3", "").replace('("speed', '("sped'), "Wheel: motion_fields names 'sped_mps'"),
+    ],
+)
+def test_a_mistake_of_a_class_is_told_once_with_its_line_and_none_of_the_frameworks(
+    install_distribution: InstallDistribution, source: str, mistake: str
+) -> None:
+    points = {"left": "acme_wheels:LeftConfigurer", "right": "acme_wheels:RightConfigurer"}
+    install_distribution("acme-wheels", modules={"acme_wheels": source}, entry_points={"mosaic.connectors": points})
+    told = squeezed(check("acme-wheels").output)
+    assert told.count(squeezed(mistake)) == 1
+    assert "loads,left,right:" in told
+    assert "acme_wheels.py:7:Wheel:" in told
+    assert "declarations.py" not in told
+    assert "raisesMosaicError" not in told

@@ -130,6 +130,20 @@ def test_what_makes_no_sense_is_refused_with_its_place_and_cure(
     assert (problem.path, problem.message, problem.cure) == (f"connectors[0].safety.{path}", message, cure)
 
 
+def test_all_mistakes_of_the_limits_are_told_at_once() -> None:
+    limits = {
+        "effort": {"min": 5, "max": -5, "max_rate_per_s": 1},
+        "speed": {"kind": "position", "min": 1},
+        "angle": {"max_rate_per_s": 5},
+        "anglo": {"max": 1},
+    }
+    found = problems_of(BlindConfigurer, {"timeout_s": 1, "on_timeout": "zero", "limits": limits})
+    assert sorted(one.path.removeprefix("connectors[0].safety.") for one in found) == [
+        "limits.angle.max_rate_per_s", "limits.anglo", "limits.effort.max", "limits.effort.max_rate_per_s",
+        "limits.effort.min", "limits.speed.kind", "limits.speed.min", "on_timeout",
+    ]  # fmt: skip
+
+
 def test_limits_of_the_file_and_of_the_connector_must_leave_a_position() -> None:
     (problem,) = problems_of(ArmConfigurer, field("angle", min=60, max=90))
     assert problem.message == "connector 'a': no position is left for 'angle': at least 60 and at most 50"
