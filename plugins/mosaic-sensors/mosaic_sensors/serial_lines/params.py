@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StringConstraints, create_model, field_validator
+from pydantic import Field, StringConstraints, field_validator
 
-from mosaic_core.contract.params import Message, Params, unit
+from mosaic_core.contract.made_message import MadeField, made_message
+from mosaic_core.contract.params import Message, Params
 from mosaic_core.words.limits import MotionKind
 from mosaic_sensors.byte_source import live_source
 
@@ -55,24 +56,11 @@ class CommandField(LineField):
     )
 
 
-def checked_names(fields: Mapping[str, object]) -> None:
-    """Raises :class:`ValueError` for a name that no message can have."""
-    for name in fields:
-        if not name.isidentifier() or name.startswith("_") or len(name) > 64:
-            raise ValueError(f"{name!r} is no name; write letters, digits and _, and begin with a letter")
-        if hasattr(Message, name):
-            raise ValueError(f"{name!r} has a meaning of its own here; choose another name")
-
-
 def message_of(name: str, fields: Mapping[str, LineField]) -> type[Message]:
     """The message with these keys, all of them required."""
-    definitions: dict[str, Any] = {key: (_TYPES[field.type], _described(field)) for key, field in fields.items()}
-    model: type[Message] = create_model(name, __base__=Message, __module__=__name__, **definitions)
-    kinds = {key: field.kind for key, field in fields.items() if isinstance(field, CommandField) and field.kind}
-    model.motion_kinds = kinds
-    return model
+    return made_message(name, {key: _made(field) for key, field in fields.items()})
 
 
-def _described(field: LineField) -> Any:
-    extra = None if field.unit is None else unit(field.unit)
-    return Field(description=field.description or None, json_schema_extra=extra)
+def _made(field: LineField) -> MadeField:
+    kind = field.kind if isinstance(field, CommandField) else None
+    return MadeField(_TYPES[field.type], field.unit, field.description, kind)

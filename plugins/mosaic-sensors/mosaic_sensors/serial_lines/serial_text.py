@@ -13,12 +13,12 @@ from pydantic import Field, StringConstraints, create_model
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler
+from mosaic_core.contract.made_message import with_message
 from mosaic_core.contract.params import Message
 from mosaic_sensors.serial_lines.fake_device import FakeTextDevice
 from mosaic_sensors.serial_lines.link import SILENCE_S, LineLink
 from mosaic_sensors.serial_lines.params import LineParams
 from mosaic_sensors.serial_lines.reader import LineReader
-from mosaic_sensors.serial_lines.typed import with_message
 
 MAX_COMMANDS = 64
 Line = Annotated[str, StringConstraints(min_length=1, max_length=256, pattern=r"^[\x20-\x7e]+$")]
