@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from pydantic import Field, create_model
+from pydantic.config import JsonDict
 
 from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.params import Message
@@ -33,9 +34,10 @@ class MadeField:
 
     def definition(self) -> tuple[Any, Any]:
         """As pydantic wants it."""
-        extra = None if self.unit is None else {"unit": self.unit}
-        bounds = {"ge": self.low, "le": self.high} if self.kind is None else {}
-        return self.type, Field(self.default, description=self.description or None, json_schema_extra=extra, **bounds)
+        low, high = (self.low, self.high) if self.kind is None else (None, None)
+        extra: JsonDict | None = None if self.unit is None else {"unit": self.unit}
+        told = self.description or None
+        return self.type, Field(self.default, description=told, json_schema_extra=extra, ge=low, le=high)
 
 
 def check_names(names: Iterable[str]) -> None:

@@ -9,7 +9,6 @@ from typing import Any
 import can
 from cantools.database import EncodeError
 from cantools.database.can import Message as Described
-from cantools.database.can.signal import Signal
 
 from mosaic_can.databases import invalid
 from mosaic_can.signal_fields import bounds_of, command_field, field_names
@@ -120,7 +119,7 @@ class CommandFrame:
 
     def _encoded(self, values: Mapping[str, Value], count: int) -> can.Message:
         counted = {self._counter: count} if self._counter else {}
-        told: dict[str, Any] = {name: _plain(self._signals[name], value) for name, value in values.items()}
+        told: dict[str, Any] = {name: _plain(value) for name, value in values.items()}
         try:
             data = self._described.encode({**told, **counted})
         except (EncodeError, KeyError) as error:
@@ -133,7 +132,6 @@ class CommandFrame:
         )
 
 
-def _plain(signal: Signal, value: Value) -> float | str:
-    """Flags as numbers. A range whose end is no whole step of the signal would round out of it: it ends one step
-    before."""
+def _plain(value: Value) -> float | str:
+    """Flags as the numbers that cantools takes."""
     return int(value) if isinstance(value, bool) else value

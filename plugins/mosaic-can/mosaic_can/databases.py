@@ -8,6 +8,7 @@ from importlib.resources import files
 import cantools.database
 from cantools.database.can import Database
 from cantools.database.can import Message as Described
+from cantools.database.errors import Error, UnsupportedDatabaseFormatError
 
 from mosaic_core.words.errors import MosaicError, hint_at
 
@@ -48,8 +49,8 @@ class CanDatabase:
 
 def invalid(message: str, cure: str) -> MosaicError:
     """A mistake of the robot's file, which only another file can show."""
-    return MosaicError(f"{message} {cure}" if message.endswith((".", "?")) else f"{message}. {cure}",
-        code="config.invalid", cure=cure)  # fmt: skip
+    end = "" if message.endswith((".", "?")) else "."
+    return MosaicError(f"{message}{end} {cure}", code="config.invalid", cure=cure)
 
 
 def _read(name: str) -> Database:
@@ -59,8 +60,7 @@ def _read(name: str) -> Database:
             found = cantools.database.load_string(text, "dbc")
         else:
             found = cantools.database.load_file(name)
-    except (OSError, ValueError, LookupError, cantools.database.Error,
-            cantools.database.UnsupportedDatabaseFormatError) as error:  # fmt: skip
+    except (OSError, ValueError, LookupError, Error, UnsupportedDatabaseFormatError) as error:
         raise invalid(f"{name} can't be read: {error}", "Give a file that cantools reads, such as DBC.") from error
     if not isinstance(found, Database):
         raise invalid(f"{name} describes a diagnosis, and no bus", "Give a DBC, KCD, SYM or ARXML file.")

@@ -51,7 +51,6 @@ class CanFrames(DataChannelSendable[CanFrame]):
         return not filters or any(one.takes(frame.arbitration_id, is_extended=frame.is_extended_id) for one in filters)
 
     def messages(self) -> Iterator[CanFrame]:
-        self._listener.take()  # what came before it was started is old
         bucket = TokenBucket.of_rate(self._params.max_rate_hz)
         while not self.is_stopping:
             frames, dropped = self._listener.take(WAIT_S)

@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 READ_TIMEOUT_S = 0.05
 RETRY_S = (0.2, 0.5, 1.0, 2.0)
-"""Waits between attempts to open a bus; the last one repeats. An adapter that is plugged in again is back in seconds."""
+"""Waits between attempts to open a bus; the last one repeats. An adapter that is plugged in is back in seconds."""
 CLOSE_TIMEOUT_S = 1.5
 ERROR_BUS_OFF, ERROR_RESTARTED = 0x40, 0x100
 """Classes of error frames, as ``linux/can/error.h`` numbers them."""
@@ -192,7 +192,7 @@ class KeptCanBus:
             _log.warning("%s; %s", message, cure)
         self.failure = DeviceGone(message, cure)
         for one in self._listeners:
-            one.wake()
+            one.forget()
 
     def _pay(self) -> None:
         """Send the safe frames that are owed; what finds no room is owed further."""

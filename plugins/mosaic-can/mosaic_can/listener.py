@@ -31,9 +31,10 @@ class CanListener:
             self._waiting.append(frame)
             self._news.notify()
 
-    def wake(self) -> None:
-        """Something else has happened to the bus."""
+    def forget(self) -> None:
+        """The bus is away: when it is back, what came before is old. Wakes whoever waits."""
         with self._news:
+            self._waiting.clear()
             self._news.notify()
 
     def take(self, timeout_s: float = 0.0) -> tuple[list[can.Message], int]:

@@ -71,19 +71,24 @@ class CanSend(DataChannelReceivable[Any]):
             self._bus.make_safe(self._frame.safe)
 
 
+_DRIVE: dict[str, Any] = {
+    "message": "DriveCommand",
+    "kinds": {"left_mps": "velocity", "right_mps": "velocity"},
+    "fixed": {"enabled": True},
+    "counter": "counter",
+    "safe": {"enabled": False},
+}
+
+
 class CanSendConfigurer(DataChannelConfigurer[CanSendParams]):
     """An operator's values as CAN frames, by a message of a DBC file and within its ranges."""
 
     connector_type = "can-send"
-    example: ClassVar[dict[str, Any] | None] = {
-        "bus": {"channel": "can0", "dbc": "sample"},
-        "message": "DriveCommand",
-        "kinds": {"left_mps": "velocity", "right_mps": "velocity"},
-        "fixed": {"enabled": True},
-        "counter": "counter",
-        "safe": {"enabled": False},
+    example: ClassVar[dict[str, Any] | None] = {"bus": {"channel": "can0", "dbc": "sample"}, **_DRIVE}
+    trial: ClassVar[dict[str, Any] | None] = {
+        "bus": {"interface": "fake", "channel": "trial", "dbc": "sample"},
+        **_DRIVE,
     }
-    trial: ClassVar[dict[str, Any] | None] = {**example, "bus": {"interface": "fake", "channel": "t", "dbc": "sample"}}
 
     def configure(self) -> CanSend:
         one, bus = self.params, shared_bus(self.params.bus, self.shared)

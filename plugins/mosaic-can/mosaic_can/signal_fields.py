@@ -75,7 +75,7 @@ def command_field(signal: Signal, kind: MotionKind | None) -> MadeField:
     """What is commanded; all of it must be there."""
     if signal.choices:
         names = tuple(str(choice) for choice in signal.choices.values())
-        return MadeField(Literal[names], None, _told(signal))  # type: ignore[valid-type]
+        return MadeField(Literal[names], None, _told(signal))
     if is_flag(signal):
         return MadeField(bool, None, _told(signal))
     low, high = bounds_of(signal) or (None, None)

@@ -56,7 +56,6 @@ class CanSignals(DataChannelSendable[Any]):
         return not self._params.messages or self._reader.knows(frame)
 
     def messages(self) -> Iterator[Any]:
-        self._listener.take()  # what came before it was started is old
         for _ in self.every(1 / self._params.rate_hz):
             self._take_in()
             snapshot = self._reader.snapshot(self.monotonic_s())
