@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -37,12 +38,12 @@ def drive(steps: CanOnSteps, safety: Any = None, **params: Any) -> Any:
 
 
 @pytest.fixture
-def opened(request: pytest.FixtureRequest) -> CanOnSteps:
+def opened() -> Iterator[CanOnSteps]:
     """A bus that a test opens itself, once it has its handlers."""
     steps = CanOnSteps()
-    request.addfinalizer(steps.node.shutdown)
-    request.addfinalizer(steps.bus.close)
-    return steps
+    yield steps
+    steps.bus.close()
+    steps.node.shutdown()
 
 
 def said(frames: list[can.Message]) -> list[tuple[float, float, int]]:
@@ -229,21 +230,19 @@ def test_words_are_commanded_by_their_words() -> None:
     assert frame.of(command.model_dump()).data.hex() == "e80300000202"
 
 
-async def test_a_whole_robot_drives_on_the_bus_and_ends_with_the_safe_frame() -> None:
-    steps = CanOnSteps()
-    bus = steps.params.model_dump()
+async def test_a_whole_robot_drives_on_the_bus_and_ends_with_the_safe_frame(opened: CanOnSteps) -> None:
+    bus = opened.params.model_dump()
     made = connector(CanSendConfigurer, label="drive", params={"bus": bus, **DRIVE}, safety=FAST)
     heard: list[can.Message] = []
 
     def has(wanted: tuple[float, float, int]) -> bool:
-        heard.extend(steps.heard())
+        heard.extend(opened.heard())
         return wanted in said(heard)
 
-    async with joined(made) as link:
+    async with joined(made, takes_leases=True) as link:
         await until(lambda: has(SAFE))
-        async with await link.connection.control.take("motion"):
-            link.connection.sendable("drive").send(FORWARD)
-            await until(lambda: has((0.5, 0.25, 1)))
-    heard.extend(steps.heard())
+        store = link.connection.sendable("drive")
+        await store.wait_open()
+        await until(lambda: store.send_json(FORWARD) and has((0.5, 0.25, 1)))
+    heard.extend(opened.heard())
     assert said(heard)[-1] == SAFE
-    steps.node.shutdown()
