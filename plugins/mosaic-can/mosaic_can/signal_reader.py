@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import can
+from can.util import dlc2len, len2dlc
 from cantools.database import DecodeError
 from cantools.database.can import Message as Described
 
@@ -48,7 +49,7 @@ class SignalReader:
 
     def _read(self, described: Described, frame: can.Message, now_s: float) -> Iterator[str]:
         try:
-            decoded = described.decode(bytes(frame.data))
+            decoded = described.decode(bytes(frame.data)[: described.length])
         except (DecodeError, KeyError, ValueError) as error:
             yield f"{described.name}: {error}"
             return
@@ -76,6 +77,11 @@ def _fault(frame: can.Message, described: Described | None) -> str | None:
         return f"no message of the DBC file has the id {frame.arbitration_id:#x}"
     if frame.is_remote_frame:
         return f"{described.name}: a remote frame, which brings no data"
-    if len(frame.data) != described.length:
+    if len(frame.data) != _length_on_bus(frame, described):
         return f"{described.name} has {len(frame.data)} bytes instead of {described.length}"
     return None
+
+
+def _length_on_bus(frame: can.Message, described: Described) -> int:
+    """CAN FD has only some lengths above 8 bytes: a message is filled up to the next one."""
+    return dlc2len(len2dlc(described.length)) if frame.is_fd else described.length

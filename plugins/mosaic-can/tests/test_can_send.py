@@ -74,7 +74,8 @@ def test_frames_are_counted_in_the_signal_that_counts(opened: CanOnSteps) -> Non
     handler = drive(opened)
     assert opened.bus.open()
     feed(handler, [step for _ in range(20) for step in (FORWARD, Silence(0.05))])
-    counts = [COMMAND.decode(bytes(one.data))["counter"] for one in opened.heard()]  # type: ignore[index]
+    decoded: list[Any] = [COMMAND.decode(bytes(one.data)) for one in opened.heard()]
+    counts = [one["counter"] for one in decoded]
     assert counts[:20] == [*range(16), 0, 1, 2, 3]
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import can
 import cantools.database
 import pytest
+from cantools.database.can import Message as Described
 from hypothesis import given
 from hypothesis import strategies as st
 from support.can_steps import BATTERY_ID, COMMAND_ID, STATE_ID, CanOnSteps, losses
@@ -128,6 +129,17 @@ def test_the_pages_of_a_multiplexed_message_fill_up_one_after_the_other(tmp_path
     (told,) = collect(handler, 1)
     assert told == {"Cells": {"page": 1, "first_v": 1.0, "second_v": 2.0}}
     assert losses(handler) == {"refused": 1}  # there is no page 9
+
+
+def test_a_frame_of_can_fd_is_filled_up_to_a_length_that_it_has() -> None:
+    text = 'VERSION ""\nBO_ 16 Long: 10 BASE\n SG_ last : 72|8@1+ (1,0) [0|0] "" ROBOT\n'
+    described = cantools.database.load_string(text, "dbc").messages[0]
+    assert isinstance(described, Described)
+    reader = SignalReader({"Long": described}, 1.0)
+    frames = [can.Message(arbitration_id=16, is_extended_id=False, is_fd=True, data=bytes(9) + b"\7" + bytes(more))
+        for more in (0, 1, 2)]  # fmt: skip
+    assert len(list(reader.feed(frames, 0.0))) == 2
+    assert reader.snapshot(0.0) == {"Long": {"last": 7}}
 
 
 @given(st.lists(st.tuples(st.sampled_from([STATE_ID, BATTERY_ID, COMMAND_ID, 1]), st.binary(max_size=8)), max_size=20))
