@@ -7,7 +7,8 @@ from urllib.parse import SplitResult, urlsplit
 
 from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
 
-from mosaic_core.contract.described_message import CommandField, checked_names, message_of
+from mosaic_core.contract.described_message import CommandField, message_of
+from mosaic_core.contract.made_message import check_names
 from mosaic_core.contract.params import Params
 
 FAKE = "fake"
@@ -123,7 +124,7 @@ class PublishParams(BrokerParams):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> PublishParams:
-        checked_names(self.fields)
+        check_names(self.fields)
         if self.payload == "value" and len(self.fields) != 1:
             raise ValueError("payload: value is for a single key in `fields`; write json")
         unknown = [key for key in self.safe if key not in self.fields]

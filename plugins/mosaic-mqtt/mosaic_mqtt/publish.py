@@ -11,8 +11,9 @@ from typing import Any, ClassVar, Protocol
 from pydantic import Field
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
-from mosaic_core.contract.described_message import message_of, with_message
+from mosaic_core.contract.described_message import message_of
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler, Refused
+from mosaic_core.contract.made_message import with_message
 from mosaic_core.contract.params import Message
 from mosaic_core.words.data_type import Delivery
 from mosaic_mqtt.connection import WAIT_S

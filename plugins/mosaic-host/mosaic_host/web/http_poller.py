@@ -11,8 +11,9 @@ import httpx
 from pydantic import Field, StringConstraints, ValidationError, field_validator, model_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
-from mosaic_core.contract.described_message import DescribedField, checked_names, message_of, with_message
+from mosaic_core.contract.described_message import DescribedField, message_of
 from mosaic_core.contract.handler import DataChannelSendable
+from mosaic_core.contract.made_message import check_names, with_message
 from mosaic_core.contract.params import Message, Params
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.data_type import Delivery
@@ -72,7 +73,7 @@ class HttpPollerParams(Params):
     @model_validator(mode="after")
     def _is_consistent(self) -> HttpPollerParams:
         checked_pointer(self.pointer)
-        checked_names(self.fields)
+        check_names(self.fields)
         return self
 
 

@@ -9,8 +9,9 @@ from typing import Any, ClassVar
 from pydantic import Field, ValidationError, model_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
-from mosaic_core.contract.described_message import CommandField, DescribedField, checked_names, message_of, with_message
+from mosaic_core.contract.described_message import CommandField, DescribedField, message_of
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler
+from mosaic_core.contract.made_message import check_names, with_message
 from mosaic_core.contract.params import Message
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.wire_model import to_json
@@ -36,8 +37,8 @@ class SerialJsonParams(LineParams):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> SerialJsonParams:
-        checked_names(self.fields)
-        checked_names(self.commands)
+        check_names(self.fields)
+        check_names(self.commands)
         unknown = [key for key in self.safe if key not in self.commands]
         if unknown:
             raise ValueError(f"safe: {', '.join(unknown)}: not among the commands")

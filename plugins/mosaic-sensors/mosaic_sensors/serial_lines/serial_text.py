@@ -12,8 +12,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, StringConstraints, create_model
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
-from mosaic_core.contract.described_message import with_message
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler
+from mosaic_core.contract.made_message import with_message
 from mosaic_core.contract.params import Message
 from mosaic_sensors.serial_lines.fake_device import FakeTextDevice
 from mosaic_sensors.serial_lines.link import SILENCE_S, LineLink

@@ -1,0 +1,233 @@
+"""Keeps one bus open for all connectors that name it: one thread reads it and hands frames to its listeners.
+
+Three threads meet here: the *bus's* opens, reads and closes, a *receiver's* sends commands, the robot's *safety* thread
+sends safe frames. A bus that is opened begins with the safe frames, and one that is closed ends with them: a controller
+may still carry out what a crashed program told it.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+import can
+
+from mosaic_can.databases import CanDatabase
+from mosaic_can.listener import CanListener, Wanted
+from mosaic_can.opening import SEND_TIMEOUT_S, OpenBus, opened_bus
+from mosaic_can.params import CanBusParams
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
+
+_log = logging.getLogger(__name__)
+
+READ_TIMEOUT_S = 0.05
+RETRY_S = (0.2, 0.5, 1.0, 2.0)
+"""Waits between attempts to open a bus; the last one repeats. An adapter that is plugged in is back in seconds."""
+CLOSE_TIMEOUT_S = 1.5
+ERROR_BUS_OFF, ERROR_RESTARTED = 0x40, 0x100
+"""Classes of error frames, as ``linux/can/error.h`` numbers them."""
+Opens = Callable[[CanBusParams, CanDatabase], OpenBus]
+MakesFrame = Callable[[], can.Message]
+_LOST = (can.CanError, OSError, ValueError)
+"""What python-can raises where a bus can't be opened or is lost; ValueError for an adapter's words."""
+
+
+class KeptCanBus:
+    """One bus. ``failure`` says why it is away, if it is."""
+
+    def __init__(self, params: CanBusParams, opens: Opens = opened_bus) -> None:
+        """Opens nothing. Raises :class:`MosaicError` for DBC files that can't be used."""
+        self.params = params
+        self.database = CanDatabase(params.dbc)
+        self.failure: DeviceGone | None = None
+        self.error_frames = 0
+        self._opens = opens
+        self._bus: OpenBus | None = None
+        self._listeners: list[CanListener] = []
+        self._safe: list[MakesFrame] = []
+        self._owed: set[MakesFrame] = set()
+        self._lock = threading.RLock()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    # -- for connectors ----------------------------------------------------------------------------------------------
+
+    def listener(self, wants: Wanted = lambda frame: True) -> CanListener:
+        """A new listener, for as long as the bus lives."""
+        made = CanListener(wants)
+        self._listeners.append(made)
+        return made
+
+    def begins_and_ends_with(self, frame: MakesFrame) -> None:
+        """Send this frame when the bus is opened, comes back, or is closed."""
+        self._safe.append(frame)
+
+    def require(self) -> None:
+        """Raises :class:`DeviceGone` while the bus is away. Any thread."""
+        failure = self.failure
+        if failure is not None:
+            raise DeviceGone(failure.message)
+
+    def send(self, frame: can.Message) -> None:
+        """Send a command now. Any thread; waits at most for 0.05 s, and for one other that waits. Raises
+        :class:`Refused` (``plugin.no_device``)."""
+        with self._lock:
+            if self._owed:
+                raise Refused("plugin.no_device", f"{self.params.name}: the safe frames have not gone out yet")
+            self._send(frame)
+
+    def make_safe(self, frame: MakesFrame) -> None:
+        """Send this safe frame now; while the bus is away nothing, for its return begins with it. Safety thread. Raises
+        :class:`Refused` where it finds no room: the robot tries again."""
+        with self._lock:
+            if self._bus is not None and self.failure is None:
+                self._send(frame())
+
+    def _send(self, frame: can.Message) -> None:
+        if self._bus is None or self.failure is not None:
+            why = "it is not open yet" if self.failure is None else self.failure.message
+            raise Refused("plugin.no_device", f"{self.params.name}: {why}")
+        try:
+            self._bus.send(frame, timeout=SEND_TIMEOUT_S)
+        except _LOST as error:
+            message = f"{self.params.name} took nothing: {error}; is another node switched on and connected?"
+            raise Refused("plugin.no_device", message) from error
+
+    # -- the bus's own thread ----------------------------------------------------------------------------------------
+
+    def __enter__(self) -> Self:
+        self._closing.clear()
+        self._thread = threading.Thread(target=self._run, name="can-bus", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join(CLOSE_TIMEOUT_S)
+
+    def _run(self) -> None:
+        attempts = 0
+        while not self._closing.is_set():
+            if self.open():
+                attempts = 0
+                while not self._closing.is_set() and self.step():
+                    pass
+                self.close()
+            wait_s = RETRY_S[min(attempts, len(RETRY_S) - 1)]
+            attempts += 1
+            self._closing.wait(wait_s)
+
+    def open(self) -> bool:
+        """Open it and send the safe frames; ``False`` where it can't be, and ``failure`` says why."""
+        try:
+            bus = self._opens(self.params, self.database)
+        except _LOST as error:
+            self._lose(f"{self.params.name} can't be opened: {error}", "is the adapter there, and its interface up?")
+            return False
+        with self._lock:
+            self._bus = bus
+            self._come_back()
+        return True
+
+    def _come_back(self) -> None:
+        """It can be used: the safe frames go first."""
+        if self.failure is not None:
+            _log.info("%s is back", self.params.name)
+        with self._lock:
+            self.failure = None
+            self._owed = set(self._safe)
+            self._pay()
+
+    def step(self, timeout_s: float = READ_TIMEOUT_S) -> bool:
+        """Read one frame and hand it on; ``False`` when the bus is lost."""
+        assert self._bus is not None
+        try:
+            frame = self._bus.recv(timeout_s)
+            if frame is None:
+                self._look_at_state(self._bus)
+        except _LOST as error:
+            self._lose(f"{self.params.name} is lost: {error}", "opening it again")
+            return False
+        if self._owed:
+            self._pay()
+        if frame is not None:
+            self._take(frame)
+        return self._bus is not None
+
+    def _look_at_state(self, bus: OpenBus) -> None:
+        """Adapters that send no error frames say so. Raises :class:`can.CanError`."""
+        try:
+            state = bus.state
+        except NotImplementedError:
+            return
+        if state is can.BusState.ERROR:
+            raise can.CanOperationError("its controller has switched itself off (bus-off)")
+
+    def _take(self, frame: can.Message) -> None:
+        if not frame.is_error_frame:
+            self._restarted()
+            for one in self._listeners:
+                one.offer(frame)
+        elif frame.arbitration_id & ERROR_RESTARTED:
+            self._restarted()
+        elif frame.arbitration_id & ERROR_BUS_OFF:
+            cure = "look at its wires, terminators and bit rate; `ip link set can0 type can restart-ms 100` restarts it"
+            self._lose(f"{self.params.name} is bus-off: too many errors", cure)
+        else:
+            self.error_frames += 1
+
+    def _restarted(self) -> None:
+        if self.failure is not None:
+            self._come_back()
+
+    def _lose(self, message: str, cure: str) -> None:
+        if self.failure is None:
+            _log.warning("%s; %s", message, cure)
+        self.failure = DeviceGone(message, cure)
+        for one in self._listeners:
+            one.forget()
+
+    def _pay(self) -> None:
+        """Send the safe frames that are owed; what finds no room is owed further."""
+        with self._lock:
+            for make in tuple(self._owed):
+                try:
+                    self._send(make())
+                except Refused:
+                    return
+                self._owed.discard(make)
+
+    def close(self) -> None:
+        """Send the safe frames, if there is a way, and close it."""
+        with self._lock:
+            bus, self._bus = self._bus, None  # first: no command comes after the last frame
+        if bus is None:
+            return
+        try:
+            if self.failure is None:
+                for make in self._safe:
+                    bus.send(make(), timeout=SEND_TIMEOUT_S)
+        except _LOST as error:
+            _log.warning("%s: the safe frame did not go out: %s", self.params.name, error)
+        try:
+            bus.shutdown()
+        except _LOST as error:
+            _log.debug("%s: %s", self.params.name, error)
+
+
+def shared_bus(params: CanBusParams, shared: Shared) -> KeptCanBus:
+    """The bus of ``params``, the same for all who ask. Raises :class:`MosaicError` (``config.invalid``) where two
+    connectors describe it differently."""
+    bus = shared.get(f"mosaic-can:{params.interface}:{params.channel}", lambda: KeptCanBus(params))
+    if bus.params != params:
+        cure = "Give all connectors of one bus the same params: write them once with an anchor (&can), then *can."
+        message = f"two connectors describe the bus {params.name} differently. {cure}"
+        raise MosaicError(message, code="config.invalid", cure=cure)
+    return bus
