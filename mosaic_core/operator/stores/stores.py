@@ -32,6 +32,8 @@ QUEUED_MESSAGES = 1024
 """An iteration that falls further behind loses the oldest: memory stays bounded."""
 ARRIVAL_POLL_S = 0.01
 """Acknowledgements come within a round trip, and SCTP calls nobody when one does."""
+HELD_PERIOD_S = 0.1
+"""A third of the time-out that most of what moves has."""
 COMPLAINT_S = 5.0
 """A subscriber that fails at every message is not told of a hundred times per second."""
 
@@ -150,6 +152,26 @@ class SendableStore(MosaicStore):
         """Send JSON; NaN raises :class:`ValueError`."""
         plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
         return self.send_data(to_json(plain))
+
+    @contextlib.asynccontextmanager
+    async def held(
+        self, target: BaseModel | Mapping[str, Any] | list[Any], period_s: float = HELD_PERIOD_S
+    ) -> AsyncIterator[None]:
+        """Say ``target`` again and again while the block runs, so that the robot does not take silence for a lost
+        operator; after the block, its time-out holds it. ``period_s``: a third of that time-out or less. Leave out a
+        target's own duration, which would begin anew each time. Raises as :meth:`send_json`."""
+        self.send_json(target)
+        saying = asyncio.create_task(self._say(target, period_s))
+        try:
+            yield
+        finally:
+            saying.cancel()
+            await asyncio.wait([saying])
+
+    async def _say(self, target: BaseModel | Mapping[str, Any] | list[Any], period_s: float) -> None:
+        while True:
+            await asyncio.sleep(period_s)
+            self.send_json(target)
 
     async def wait_arrived(self, timeout_s: float = 1.0) -> bool:
         """Until the robot's side has acknowledged what was sent; ``False``: it has not in that time. What the robot's

@@ -39,11 +39,13 @@ class Arm:
 
     def __init__(
         self, joints: tuple[ArmJoint, ...], session: BusSession, rate_hz: float,
-        clock: Callable[[], float] = time.monotonic, *, is_free: bool = False,
+        clock: Callable[[], float] = time.monotonic, *, is_free: bool = False, gripper: str | None = None,
     ) -> None:  # fmt: skip
-        """``is_free``: the motors are off from the beginning, as those of an arm that hands lead."""
+        """``is_free``: the motors are off from the beginning, as those of an arm that hands lead. ``gripper``: the
+        joint that grips what it can't close upon."""
         self.joints = {joint.name: joint for joint in joints}
         self._session = session
+        self._gripper = gripper
         self._period_s = 1 / rate_hz
         self._clock = clock
         self._lock = threading.Lock()
@@ -123,10 +125,10 @@ class Arm:
             self._mover = by
 
     def hold(self) -> None:
-        """Stand still, at once."""
+        """Stand still, at once. The gripper presses on as it does: what it holds would fall."""
         with self._lock:
             for name in self._goals:
-                standing = self._standing(name)
+                standing = self._sent[name] if name == self._gripper else self._standing(name)
                 if standing is not None:
                     self._goals[name] = self._sent[name] = standing
             self._mover = None

@@ -9,10 +9,9 @@ from mosaic_arm.shared_arm import KeptArm, shared_arm
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds
 from mosaic_core.messages import JointTarget
 
-TIMEOUT_S = 3.0
-"""Silence after which the arm stands. A page sends one target, and the arm shall get there: it ends by itself. Who
-leaves, loses the lease or is cut off stops it at once or within the lease's keep-alive, however long this is. For
-streams the file says less."""
+TIMEOUT_S = 0.3
+"""Silence after which the arm stands, as a base does. A page says its target again until the arm is there, or nobody
+looks any more."""
 TRIAL: dict[str, Any] = {"arm": {"bus": "fake", "port": "trial"}}
 """An arm that runs on any machine."""
 RESOURCE = "arm"
@@ -20,7 +19,8 @@ RESOURCE = "arm"
 
 
 class ArmJoints(DataChannelReceivable[JointTarget]):
-    """Moves joints, each within its angles. At which rate is the arm's own affair, so that one target is enough."""
+    """Moves joints, each within its angles. How smoothly is the arm's own affair: a target
+    that is said three times within the time-out is enough to get there."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
     timeout_s = TIMEOUT_S

@@ -1,4 +1,5 @@
-"""The ``arm-poses`` connector: go to a pose that has a name, save the present one, list them."""
+"""The ``arm-poses`` connector: go to a pose that has a name, save the present one. Which there are tells
+``arm-pose-names``, to whoever looks."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ class PoseParams(PartParams):
 class PoseQuestion(Message):
     """What to do with poses."""
 
-    action: Literal["list", "go", "save"] = "list"
-    name: PoseName | None = Field(default=None, description="Of the pose; for `go` and `save`.")
+    action: Literal["go", "save"] = "go"
+    name: PoseName = Field(description="Of the pose.")
     speed_percent: float = Field(default=30.0, gt=0, le=100, description="Of each joint's fastest.")
 
 
@@ -69,12 +70,10 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
 
     def answer(self, question: PoseQuestion, request: Request) -> PoseAnswer:
         off_by_rad = None
-        if question.action != "list" and question.name is None:
-            raise Refused("channel.invalid", f"`{question.action}` needs the name of a pose")
         if question.action == "save":
-            self._save(str(question.name))
-        elif question.action == "go":
-            off_by_rad = self._go(str(question.name), question.speed_percent / 100, request)
+            self._save(question.name)
+        else:
+            off_by_rad = self._go(question.name, question.speed_percent / 100, request)
         return PoseAnswer(names=self._book.names(), off_by_rad=off_by_rad)
 
     def _save(self, name: str) -> None:
@@ -158,4 +157,5 @@ class ArmPosesConfigurer(DataChannelConfigurer[PoseParams]):
                 cure = f"There are: {', '.join(arm.joints)}."
                 message = f"the pose '{name}' names the joint '{strange[0]}', which this arm does not have. {cure}"
                 raise MosaicError(message, code="config.invalid", cure=cure)
+        arm.pose_books.append(book)
         return ArmPoses(self.label, arm, book)

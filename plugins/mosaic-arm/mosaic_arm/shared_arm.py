@@ -10,6 +10,7 @@ from mosaic_arm.arm import Arm
 from mosaic_arm.arm_joint import joints_of
 from mosaic_arm.bus_session import BusSession
 from mosaic_arm.params import ArmParams
+from mosaic_arm.pose_file import PoseBook
 from mosaic_arm.servos.bus import ServoBus
 from mosaic_arm.servos.opening import bus_of
 from mosaic_core import Shared
@@ -29,9 +30,12 @@ class KeptArm(Arm):
         offsets = {one.id: one.homing_offset for one in calibrations.values()} if params.calibration else None
         bus = bus or bus_of(params, list(calibrations.values()))
         super().__init__(
-            joints, BusSession(bus, params, joints, offsets), params.rate_hz, clock, is_free=params.starts_free
-        )
+            joints, BusSession(bus, params, joints, offsets), params.rate_hz, clock,
+            is_free=params.starts_free, gripper=params.gripper,
+        )  # fmt: skip
         self.params = params
+        self.pose_books: list[PoseBook] = []
+        """Of its connectors that go to poses; complete before anything runs."""
 
 
 def shared_key(params: ArmParams) -> str:

@@ -7,15 +7,19 @@ import { typedNumber } from './jointDraft'
 import classes from './JointCommand.module.css'
 import { SendRow } from './SendRow'
 import { SliderRow } from './SliderRow'
+import { useKeptTarget } from './useKeptTarget'
 
 /** As far as a gripper of a hand's size opens, where nothing is said. */
 const OPEN_M = 0.1
+/** Nobody tells how far it is: any gripper is open or shut by then. */
+const LASTS_S = 3
 
 /** How far a gripper shall open, and how hard it may press; sent at a press, under the lease. */
 export function GripperCommand({ entry, store }: WidgetProps) {
   const [position, setPosition] = useState<number | null>(null)
   const [effort, setEffort] = useState('')
   const sender = useSender(store)
+  const kept = useKeptTarget<object>({ entry, store, message: (said) => said, isReached: () => false, lastsS: () => LASTS_S })
   const { min, max } = rangeOf(entry.safety, 'position')
   const effortN = typedNumber(effort, -Number.MIN_VALUE)
   const isWrong = effort.trim() !== '' && effortN === null
@@ -35,7 +39,11 @@ export function GripperCommand({ entry, store }: WidgetProps) {
       <SendRow
         sender={sender}
         isReady={position !== null && !isWrong}
-        onSend={() => sender.send(JSON.stringify(effortN === null ? { position } : { position, max_effort: effortN }))}
+        onHold={kept.target === null ? null : kept.end}
+        onSend={() => {
+          const target = effortN === null ? { position } : { position, max_effort: effortN }
+          if (sender.send(JSON.stringify(target))) kept.keep(target)
+        }}
       >
         <TextInput
           className={classes.number}

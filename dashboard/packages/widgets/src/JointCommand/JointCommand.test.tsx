@@ -2,12 +2,13 @@ import { messages, type CatalogueEntry } from '@mosaic/client'
 import { cleanup, fireEvent, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { act } from 'react'
-import { afterEach, beforeEach, expect, test } from 'vitest'
+import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { FakeConnection, WithRobot } from '../../test/fakeRobot'
 import { FakeStore, storesOf } from '../../test/fakeStore'
 import { GripperCommand } from './GripperCommand'
 import { JointCommand } from './JointCommand'
 import { typedNumber } from './jointDraft'
+import { repeatPeriodS } from './useKeptTarget'
 
 const { JointState, JointTarget, GripperTarget } = messages.SCHEMA_IDS
 const TARGET: CatalogueEntry = { label: 'move', type: 'x', kind: 'data', dataType: 'json-u2r', direction: 'to-robot', channels: [], delivery: 'latest', schemaId: JointTarget }
@@ -97,4 +98,101 @@ test('a gripper opens within its limits, and presses as hard as it is told', asy
 
 test.each([['', null], ['x', null], ['0', null], ['1,5', 1.5], [' 2 ', 2]])('%j is the duration %s', (text, value) =>
   expect(typedNumber(text, 0)).toBe(value),
+)
+
+describe('a robot that holds still on silence', () => {
+  const IMPATIENT = { ...TARGET, safety: { timeout_s: 0.3 } }
+  const stand = (position: number) => joints.say({ names: ['elbow'], positions: [position], velocities: [], efforts: [] })
+  const wait = (ms: number) => act(() => void vi.advanceTimersByTime(ms))
+  const press = (name: string) => fireEvent.click(screen.getByRole('button', { name }))
+  beforeEach(() => vi.useFakeTimers({ toFake: ['setInterval', 'clearInterval', 'setTimeout', 'clearTimeout', 'requestAnimationFrame', 'cancelAnimationFrame', 'performance'] }))
+  afterEach(() => vi.useRealTimers())
+
+  function moving(): void {
+    shown(IMPATIENT)
+    stand(0)
+    slide('elbow', 1)
+    press('Move')
+  }
+
+  test('is told its target until it is there', () => {
+    moving()
+    wait(500)
+    expect(commands.sent).toHaveLength(6)
+    stand(0.99)
+    wait(500)
+    expect(commands.sent).toHaveLength(6)
+    expect(screen.queryByRole('button', { name: 'Hold' })).toBeNull()
+  })
+
+  test('is told what is left of the time that a person set', () => {
+    shown(IMPATIENT)
+    stand(0)
+    slide('elbow', 1)
+    fireEvent.change(screen.getByRole('textbox', { name: 'Be there in (s)' }), { target: { value: '2' } })
+    press('Move')
+    wait(500)
+    const told = commands.sent.map((one) => (one as { duration_s: number }).duration_s)
+    expect(told[0]).toBe(2)
+    expect(told.at(-1)).toBeCloseTo(1.5)
+  })
+
+  test('is not kept moving for ever if it does not get there', () => {
+    moving()
+    wait(11_000)
+    const told = commands.sent.length
+    wait(1000)
+    expect(commands.sent).toHaveLength(told)
+  })
+
+  test('goes on to an earlier target while a later one is on its way', () => {
+    shown(IMPATIENT)
+    joints.say({ names: ['elbow', 'wrist'], positions: [0, 0], velocities: [], efforts: [] })
+    slide('elbow', 1)
+    press('Move')
+    slide('wrist', 0.5)
+    press('Move')
+    wait(100)
+    expect(commands.sent.at(-1)).toEqual({ names: ['elbow', 'wrist'], positions: [1, 0.5] })
+  })
+
+  test.each<[string, () => void]>([
+    ['Hold is pressed', () => press('Hold')],
+    ['the window loses the focus', () => fireEvent.blur(window)],
+    ['the page is hidden', () => fireEvent(document, new Event('visibilitychange'))],
+    ['somebody says stop', () => commands.sendBlocked.set({ code: 'safety.stopped' })],
+    ['the robot refuses it', () => commands.lastRefusal.set({ label: 'move', code: 'lease.expired', gate: 'lease' })],
+    ['the connection is away', () => commands.state.set({ phase: 'reconnecting' })],
+    ['the card is gone', cleanup],
+  ])('hears no more when %s', (_, ends) => {
+    moving()
+    wait(200)
+    act(ends)
+    const told = commands.sent.length
+    wait(1000)
+    expect(told).toBe(3)
+    expect(commands.sent).toHaveLength(told)
+  })
+
+  test('goes on when one of many came too late', () => {
+    moving()
+    act(() => commands.lastRefusal.set({ label: 'move', code: 'safety.stale', gate: 'age' }))
+    wait(200)
+    expect(commands.sent).toHaveLength(3)
+  })
+
+  test('opens its gripper for so long as any gripper takes', () => {
+    shown({ ...IMPATIENT, label: 'hand', schemaId: GripperTarget })
+    slide('Opening', 0.02)
+    press('Move')
+    wait(5000)
+    expect(commands.sent.length).toBeGreaterThan(25)
+    expect(commands.sent.length).toBeLessThan(35)
+    expect(screen.queryByRole('button', { name: 'Hold' })).toBeNull()
+  })
+})
+
+test.each([[undefined, null], [{}, null], [{ timeout_s: 0.3 }, 0.1], [{ timeout_s: 0.15 }, 0.05], [{ timeout_s: 5 }, 0.1]])(
+  'with %j a target is said every %s s',
+  (safety, periodS) => expect(repeatPeriodS(safety)?.toFixed(3)).toBe(periodS?.toFixed(3)),
 )

@@ -10,10 +10,19 @@ import type { AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
 import { useEntries } from '../stores/useEntries'
 import { useLatest } from '../stores/useReceived'
-import { knownNames, shownPosition, targetOf, typedNumber, type JointDraft } from './jointDraft'
+import { isThere, knownNames, shownPosition, targetAfter, targetOf, typedNumber, type JointDraft } from './jointDraft'
 import classes from './JointCommand.module.css'
 import { SendRow } from './SendRow'
 import { SliderRow } from './SliderRow'
+import { useKeptTarget } from './useKeptTarget'
+
+/** Said no longer than this, beyond the time that a person typed: an arm that isn't there by then won't get there. */
+const LASTS_S = 10
+
+interface Kept {
+  draft: JointDraft
+  durationS: number | null
+}
 
 const JOINT_STATES: readonly string[] = [messages.SCHEMA_IDS.JointState]
 
@@ -42,6 +51,13 @@ function JointForm({ reported, ...props }: WidgetProps & { reported: readonly Jo
   const [draft, setDraft] = useState<JointDraft>({})
   const [duration, setDuration] = useState('')
   const sender = useSender(store, 'What you have not touched stays where it is')
+  const kept = useKeptTarget<Kept>({
+    entry,
+    store,
+    message: ({ draft, durationS }, elapsedS) => targetAfter(draft, durationS, elapsedS),
+    isReached: ({ draft }) => isThere(draft, reported),
+    lastsS: ({ durationS }) => LASTS_S + (durationS ?? 0),
+  })
   const names = knownNames(reported, limitedNames(entry.safety, 'positions'))
   const durationS = typedNumber(duration, 0)
   const isWrong = duration.trim() !== '' && durationS === null
@@ -68,8 +84,11 @@ function JointForm({ reported, ...props }: WidgetProps & { reported: readonly Jo
       <SendRow
         sender={sender}
         isReady={target !== null && !isWrong}
+        onHold={kept.target === null ? null : kept.end}
         onSend={() => {
-          if (sender.send(JSON.stringify(target))) setDraft({})
+          if (!sender.send(JSON.stringify(target))) return
+          kept.keep({ draft: { ...kept.target?.draft, ...draft }, durationS })
+          setDraft({})
         }}
       >
         <TextInput

@@ -1,6 +1,11 @@
 /** A target for joints as a person sets it: only what was touched is sent, the others follow where the joints stand. Pure. */
 import type { Joint } from '../Joints/joints'
 
+/** As near as a servo stands to where it was sent, in rad or m. */
+const THERE = 0.02
+/** A time that is over would not be one. */
+const SHORTEST_S = 0.05
+
 /** By the joint's name; what is not here was not touched. */
 export type JointDraft = Readonly<Record<string, number>>
 
@@ -20,6 +25,19 @@ export function targetOf(draft: JointDraft, durationS: number | null): object | 
   if (names.length === 0) return null
   const positions = names.map((name) => draft[name])
   return durationS === null ? { names, positions } : { names, positions, duration_s: durationS }
+}
+
+/** The message so long after the first one: what is left of its time, so that saying it again slows nothing down. */
+export function targetAfter(draft: JointDraft, durationS: number | null, elapsedS: number): object {
+  return { ...targetOf(draft, durationS === null ? null : Math.max(SHORTEST_S, durationS - elapsedS)) }
+}
+
+/** Whether all joints are reported where they shall be. */
+export function isThere(draft: JointDraft, reported: readonly Joint[]): boolean {
+  return Object.entries(draft).every(([name, goal]) => {
+    const position = reported.find((joint) => joint.name === name)?.position ?? null
+    return position !== null && Math.abs(position - goal) <= THERE
+  })
 }
 
 /** A number that a person typed; null for nothing and for what is none, or not above `above`. */

@@ -1,0 +1,49 @@
+"""The ``arm-pose-names`` connector: which poses ``arm-poses`` knows. Looking moves nothing, so it needs no lease."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from mosaic_arm.joints import TRIAL
+from mosaic_arm.params import PartParams
+from mosaic_arm.shared_arm import KeptArm, shared_arm
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message
+
+PERIOD_S = 0.5
+"""How soon a pose that was saved is listed."""
+
+
+class PoseNames(Message):
+    """The poses that an arm can be told to go to."""
+
+    names: list[str] = Field(description="Sorted.")
+
+
+class ArmPoseNames(DataChannelSendable[PoseNames]):
+    """Sends the names of all poses of an arm, once and whenever they change; whoever comes later gets them too."""
+
+    def __init__(self, label: str, arm: KeptArm) -> None:
+        super().__init__(label)
+        self._arm = arm
+
+    def messages(self) -> Iterator[PoseNames]:
+        told: list[str] | None = None
+        for _ in self.every(PERIOD_S):
+            names = sorted({name for book in self._arm.pose_books for name in book.names()})
+            if names != told:
+                told = names
+                yield PoseNames(names=names)
+
+
+class ArmPoseNamesConfigurer(DataChannelConfigurer[PartParams]):
+    """Tells which poses an arm has, to everybody."""
+
+    connector_type = "arm-pose-names"
+    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
+    trial: ClassVar[dict[str, Any] | None] = TRIAL
+
+    def configure(self) -> ArmPoseNames:
+        return ArmPoseNames(self.label, shared_arm(self.params.arm, self.shared))
