@@ -17,7 +17,7 @@ from mosaic_arm.params import SO101
 from mosaic_arm.pose_names import ArmPoseNamesConfigurer
 from mosaic_arm.poses import THERE_RAD, ArmPosesConfigurer
 from mosaic_arm.state import ArmStateConfigurer
-from mosaic_core import AutoConfigurer, DeviceGone
+from mosaic_core import AutoConfigurer, Delivery, DeviceGone
 from mosaic_core.testing import Cleared, Leaves, LosesLease, Silence, Stopped, ask, collect, feed
 from mosaic_core.words.errors import MosaicError
 
@@ -99,7 +99,8 @@ def test_a_bus_that_goes_between_two_commands_refuses_the_second(on_clock: ArmOn
 
 
 def test_a_target_may_say_in_how_much_time(on_clock: ArmOnClock) -> None:
-    feed(on_clock.build(ArmJointsConfigurer), [{**BEND, "duration_s": 2.0}, Silence(1.0)])
+    joints = on_clock.build(ArmJointsConfigurer, {"timeout_s": 3.0})
+    feed(joints, [{**BEND, "duration_s": 2.0}, Silence(1.0)])
     assert on_clock.angle("elbow_flex") == pytest.approx(0.5, abs=0.06)
     on_clock.clock.advance(1.5)
     assert on_clock.angle("elbow_flex") == pytest.approx(1.0, abs=0.01)
@@ -159,7 +160,7 @@ def test_what_the_gripper_holds_stays_held_when_its_operator_is_no_more(on_clock
     """It is sent further than it can close: the difference is what it presses with."""
     gripper = on_clock.build(ArmGripperConfigurer, FAST)
     feed(gripper, [one for _ in range(40) for one in ({"position": 0.03}, Silence(0.05))])
-    motor = on_clock.arm.joints["gripper"].id
+    motor = on_clock.arm.joints["gripper"].motor
     on_clock.bus.silent.clear()
     before = on_clock.bus.within.read()[motor].ticks
     on_clock.bus.within.hold_back(motor, before)
@@ -233,7 +234,7 @@ def test_the_present_pose_is_saved_and_is_there_after_a_restart(on_clock: ArmOnC
 def test_whoever_looks_is_told_which_poses_there_are(on_clock: ArmOnClock, tmp_path: Path) -> None:
     names = on_clock.build(ArmPoseNamesConfigurer)
     poses = on_clock.build(ArmPosesConfigurer, poses=REST, file=str(tmp_path / "poses.json"))
-    assert names.delivery is None  # reliable, and the last message for whoever comes later
+    assert names.delivery is Delivery.RELIABLE  # whoever comes later gets the last one
     assert [one.names for one in collect(names, 1)] == [["rest"]]
     ask(poses, {"action": "save", "name": "here"})
     assert [one.names for one in collect(names, 1)] == [["here", "rest"]]
