@@ -74,8 +74,7 @@ class CanOnSteps:
     def says(self, *frames: tuple[int, bytes] | can.Message) -> None:
         """The other node sends these, and they arrive."""
         for one in frames:
-            is_made = isinstance(one, can.Message)
-            frame = one if is_made else can.Message(arbitration_id=one[0], data=one[1], is_extended_id=False)
+            frame = one if isinstance(one, can.Message) else data_frame(*one)
             self.node.send(frame)
             assert self.bus.step(1.0)
 
@@ -87,10 +86,15 @@ class CanOnSteps:
         return found
 
 
+def data_frame(frame_id: int, data: bytes) -> can.Message:
+    """One with an id of 11 bits."""
+    return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+
+
 def error_frame(classes: int) -> can.Message:
     """As SocketCAN tells what went wrong."""
     return can.Message(arbitration_id=classes, is_error_frame=True, data=bytes(8))
 
 
 def losses(handler: Any) -> dict[str, int]:
-    return dict(fake_host(handler).losses)
+    return {str(reason): count for reason, count in fake_host(handler).losses.items()}
