@@ -1,0 +1,1 @@
+"""Modbus devices: registers read, and written within limits."""

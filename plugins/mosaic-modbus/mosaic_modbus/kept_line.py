@@ -1,0 +1,203 @@
+"""Keeps one line to devices open for all connectors that name it.
+
+Its own thread opens it, opens it again when it is lost, and writes the safe values that are owed; requests run on the
+threads of those who ask. A line that is opened begins with the safe values, and one that is closed ends with them: a
+drive may still carry out what a crashed program told it.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Protocol, Self
+
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.words.errors import DeviceGone, MosaicError
+from mosaic_modbus.fake_port import FakePort
+from mosaic_modbus.params import FAKE, ModbusLineParams
+from mosaic_modbus.plan import Block, Write
+from mosaic_modbus.port import DeviceSaidNo, ModbusPort, NoAnswer, PymodbusPort
+from mosaic_modbus.turns import Turns
+
+_log = logging.getLogger(__name__)
+
+RETRY_S = (0.2, 0.5, 1.0, 2.0)
+"""Waits between attempts to open a line; the last one repeats."""
+OWED_S = 0.2
+"""Safe values that a device did not take are written again so often."""
+CLOSE_TIMEOUT_S = 5.0
+Opens = Callable[[ModbusLineParams], ModbusPort]
+
+
+class SafeValues(Protocol):
+    """What writes into devices, and can make them safe."""
+
+    owes: bool
+
+    def pay(self) -> None:
+        """Write the safe values. Raises what requests raise."""
+        ...
+
+
+def port_of(params: ModbusLineParams) -> ModbusPort:
+    """What carries requests there; it is not open."""
+    return FakePort() if params.source == FAKE else PymodbusPort(params)
+
+
+class KeptLine:
+    """One line. ``failure`` says why it is away, if it is."""
+
+    def __init__(self, params: ModbusLineParams, opens: Opens = port_of) -> None:
+        """Opens nothing."""
+        self.params = params
+        self.failure: DeviceGone | None = None
+        self._opens = opens
+        self._port: ModbusPort | None = None
+        self._writers: list[SafeValues] = []
+        self._turns = Turns()
+        self._news = threading.Event()
+        self._is_closing = False
+        self._thread: threading.Thread | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._port is not None
+
+    def begins_and_ends_with(self, writer: SafeValues) -> None:
+        """Make these devices safe when the line is opened, comes back, or is closed."""
+        self._writers.append(writer)
+
+    def read(self, device_id: int, block: Block) -> Sequence[int]:
+        """What the device answers. One lost answer is asked for again. Raises :class:`DeviceSaidNo`,
+        :class:`DeviceGone`. Any thread."""
+        for is_last in (False, True):
+            try:
+                return self._asked(lambda port: port.read(device_id, block))
+            except NoAnswer as error:
+                if is_last:
+                    raise self._silent(device_id, block, error) from error
+        raise AssertionError("unreachable")
+
+    def write(self, device_id: int, write: Write, *, urgently: bool = False) -> None:
+        """Write once. Raises :class:`DeviceSaidNo`, :class:`DeviceGone`. Any thread."""
+        try:
+            self._asked(lambda port: port.write(device_id, write), urgently=urgently)
+        except NoAnswer as error:
+            raise self._silent(device_id, write, error) from error
+
+    def _silent(self, device_id: int, what: object, error: NoAnswer) -> DeviceGone:
+        where = f"{self.params.source}: device {device_id} does not answer for {what}"
+        return DeviceGone(f"{where} ({error})", "look at its supply, its number, and the speed of the line")
+
+    def _asked[Answer](self, ask: Callable[[ModbusPort], Answer], *, urgently: bool = False) -> Answer:
+        with self._turns.taken(urgently=urgently):
+            port = self._port
+            if port is None:
+                raise DeviceGone(self.failure.message if self.failure else f"{self.params.source} is not open yet")
+            try:
+                return ask(port)
+            except OSError as error:
+                self._lose(f"{self.params.source} is lost: {error}", "opening it again")
+                raise DeviceGone(f"{self.params.source} is lost: {error}") from error
+            except NoAnswer:
+                if "://" in self.params.source:  # what comes late would be taken for the next answer
+                    self._lose(f"{self.params.source} does not answer", "connecting anew")
+                raise
+
+    def _lose(self, message: str, cure: str) -> None:
+        if self.failure is None:
+            _log.warning("%s; %s", message, cure)
+        self.failure = DeviceGone(message, cure)
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()
+        self._news.set()
+
+    def owes(self) -> None:
+        """A writer could not make its device safe: the line's thread goes on trying."""
+        self._news.set()
+
+    # -- the line's own thread ---------------------------------------------------------------------------------------
+
+    def __enter__(self) -> Self:
+        self._is_closing = False
+        self._thread = threading.Thread(target=self._run, name="modbus-line", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._is_closing = True
+        self._news.set()
+        if self._thread is not None:
+            self._thread.join(CLOSE_TIMEOUT_S)
+
+    def _run(self) -> None:
+        attempts = 0
+        while not self._is_closing:
+            if self.is_open or self.open():
+                attempts = 0
+                self.pay()
+                wait_s = OWED_S if any(one.owes for one in self._writers) and self.is_open else None
+                wait_s = wait_s if self.is_open else 0.0
+            else:
+                wait_s = RETRY_S[min(attempts, len(RETRY_S) - 1)]
+                attempts += 1
+            self._rest(wait_s)
+        self.close()
+
+    def _rest(self, wait_s: float | None) -> None:
+        if not self._is_closing:
+            self._news.wait(wait_s)
+        self._news.clear()
+
+    def open(self) -> bool:
+        """Open it; every writer owes its safe values. ``False`` where it can't be."""
+        port = self._opens(self.params)
+        try:
+            port.open()
+        except OSError as error:
+            port.close()
+            self._lose(f"{self.params.source} can't be opened: {error}", "is it there, and switched on?")
+            return False
+        if self.failure is not None:
+            _log.info("%s is back", self.params.source)
+        for one in self._writers:
+            one.owes = True
+        self._port, self.failure = port, None
+        return True
+
+    def pay(self) -> None:
+        """Write the safe values that are owed; what is not taken is owed further."""
+        for one in self._writers:
+            if one.owes:
+                self._pay(one)
+
+    def _pay(self, writer: SafeValues) -> None:
+        try:
+            writer.pay()
+        except (DeviceGone, DeviceSaidNo) as error:
+            _log.debug("%s: safe values are owed: %s", self.params.source, error)
+
+    def close(self) -> None:
+        """Write the safe values, if there is a way, and close it."""
+        for one in self._writers:
+            self._pay(one)
+        with self._turns.taken(urgently=True):
+            port, self._port = self._port, None
+            if port is not None:
+                port.close()
+
+
+def shared_line(params: ModbusLineParams, shared: Shared) -> KeptLine:
+    """The line of ``params``, the same for all who ask. Raises :class:`MosaicError` (``config.invalid``) where two
+    connectors describe it differently."""
+    line = shared.get(f"mosaic-modbus:{params.source}", lambda: KeptLine(params))
+    if line.params != params:
+        cure = "Give all connectors of one line the same params: write them once with an anchor (&plc), then *plc."
+        message = f"two connectors describe the line {params.source} differently. {cure}"
+        raise MosaicError(message, code="config.invalid", cure=cure)
+    return line
