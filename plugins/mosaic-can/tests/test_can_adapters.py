@@ -67,13 +67,8 @@ def port(tmp_path: Path) -> Path:
 
 
 async def test_an_slcan_adapter_is_pulled_out_and_plugged_in_again(port: Path) -> None:
-    bus: dict[str, Any] = {
-        "interface": "slcan",
-        "channel": str(port),
-        "bitrate": 500_000,
-        "options": {"sleep_after_open": 0},
-    }
-    bus["dbc"] = "sample"
+    options = {"sleep_after_open": 0}
+    bus = {"interface": "slcan", "channel": str(port), "bitrate": 500_000, "options": options, "dbc": "sample"}
     frames = connector(CanFramesConfigurer, label="bus", params={"bus": bus})
     drive = {
         "message": "DriveCommand",

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import can
-import cantools.database
 import pytest
-from cantools.database.can import Message as Described
+from cantools.database.can import Database
 from hypothesis import given
 from hypothesis import strategies as st
 from support.can_steps import BATTERY_ID, COMMAND_ID, STATE_ID, CanOnSteps, losses
@@ -28,6 +27,12 @@ BO_ 768 Cells: 3 BASE
  SG_ first_v m0 : 8|16@1+ (0.001,0) [0|5] "V" ROBOT
  SG_ second_v m1 : 8|16@1+ (0.001,0) [0|5] "V" ROBOT
 """
+
+
+def can_database(text: str) -> Database:
+    database = Database()
+    database.add_dbc_string(text)
+    return database
 
 
 def state(**values: Any) -> tuple[int, bytes]:
@@ -133,8 +138,7 @@ def test_the_pages_of_a_multiplexed_message_fill_up_one_after_the_other(tmp_path
 
 def test_a_frame_of_can_fd_is_filled_up_to_a_length_that_it_has() -> None:
     text = 'VERSION ""\nBO_ 16 Long: 10 BASE\n SG_ last : 72|8@1+ (1,0) [0|0] "" ROBOT\n'
-    described = cantools.database.load_string(text, "dbc").messages[0]
-    assert isinstance(described, Described)
+    described = can_database(text).messages[0]
     reader = SignalReader({"Long": described}, 1.0)
     frames = [can.Message(arbitration_id=16, is_extended_id=False, is_fd=True, data=bytes(9) + b"\7" + bytes(more))
         for more in (0, 1, 2)]  # fmt: skip
@@ -192,8 +196,8 @@ def test_a_message_that_the_file_does_not_have_is_told_with_the_nearest_one(step
 
 def test_what_cantools_reads_is_what_it_wrote() -> None:
     """The sample is a file that its own writer would write again."""
-    database = cantools.database.load_string(SAMPLE_TEXT, "dbc")
-    again = cantools.database.load_string(database.as_dbc_string(), "dbc")
+    database = can_database(SAMPLE_TEXT)
+    again = can_database(database.as_dbc_string())
     assert [one.name for one in again.messages] == list(SAMPLE.by_name)
 
 

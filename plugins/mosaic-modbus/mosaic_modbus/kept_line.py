@@ -11,7 +11,7 @@ import logging
 import threading
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeVar
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.words.errors import DeviceGone, MosaicError
@@ -29,6 +29,7 @@ OWED_S = 0.2
 """Safe values that a device did not take are written again so often."""
 CLOSE_TIMEOUT_S = 5.0
 Opens = Callable[[ModbusLineParams], ModbusPort]
+Answer = TypeVar("Answer")
 
 
 class SafeValues(Protocol):
@@ -91,7 +92,7 @@ class KeptLine:
         where = f"{self.params.source}: device {device_id} does not answer for {what}"
         return DeviceGone(f"{where} ({error})", "look at its supply, its number, and the speed of the line")
 
-    def _asked[Answer](self, ask: Callable[[ModbusPort], Answer], *, urgently: bool = False) -> Answer:
+    def _asked(self, ask: Callable[[ModbusPort], Answer], *, urgently: bool = False) -> Answer:
         with self._turns.taken(urgently=urgently):
             port = self._port
             if port is None:
@@ -115,7 +116,7 @@ class KeptLine:
             port.close()
         self._news.set()
 
-    def owes(self) -> None:
+    def wake(self) -> None:
         """A writer could not make its device safe: the line's thread goes on trying."""
         self._news.set()
 

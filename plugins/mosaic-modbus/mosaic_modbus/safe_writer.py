@@ -27,6 +27,7 @@ class SafeWriter:
         )
         self._times_safe = 0
         self.owes = False
+        self._why_owed = "the line is being opened"
         if self._safe:
             line.begins_and_ends_with(self)
 
@@ -34,7 +35,7 @@ class SafeWriter:
         """Write ``values``, what touches in one request. Receiver's thread. Raises :class:`Refused`; then the device is
         made safe if a part was written."""
         if self.owes:
-            raise Refused("plugin.no_device", "the safe values have not been written yet")
+            raise Refused("plugin.no_device", f"the safe values have not been written yet: {self._why_owed}")
         times_safe = self._times_safe
         for write in writes_of(self._fields, self._words(values)):
             if self._times_safe != times_safe:
@@ -61,13 +62,12 @@ class SafeWriter:
         """What the device does now is not known."""
         if self._safe:
             self.owes = True
-            self._line.owes()
+            self._line.wake()
 
     def make_safe(self) -> None:
         """Write the safe values now; while the line is away they are owed, and written first. Safety thread."""
         if not self._safe:
             return
-        self._times_safe += 1
         try:
             self.pay()
         except (DeviceGone, DeviceSaidNo):
@@ -75,11 +75,14 @@ class SafeWriter:
 
     def pay(self) -> None:
         """Write the safe values. Raises :class:`DeviceGone`, :class:`DeviceSaidNo`."""
-        times_safe = self._times_safe
-        for write in self._safe:
-            self._line.write(self._device_id, write, urgently=True)
-        if self._times_safe == times_safe:
-            self.owes = False
+        self._times_safe += 1
+        try:
+            for write in self._safe:
+                self._line.write(self._device_id, write, urgently=True)
+        except (DeviceGone, DeviceSaidNo) as error:
+            self._why_owed = str(error)
+            raise
+        self.owes = False
 
 
 def safe_values(fields: Mapping[str, WriteField]) -> list[tuple[str, Value]]:
