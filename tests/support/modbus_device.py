@@ -10,13 +10,18 @@ import threading
 import tty
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 from pymodbus import FramerType
 from pymodbus.constants import ExcCodes
+from pymodbus.pdu import ModbusPDU
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
+
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.testing import build
+from mosaic_modbus.kept_line import KeptLine
+from mosaic_modbus.params import ModbusLineParams
 
 COUNT = 32
 """Of each of its four tables: what lies beyond is an illegal address."""
@@ -30,7 +35,7 @@ def free_port() -> int:
 
 class ModbusDevice:
     """A server on a thread of its own, which can be switched off and on. ``asked`` is what it was asked for: function,
-    address, values or count."""
+    address, and the values that it was told or how many it was to tell."""
 
     def __init__(self, make: Callable[[ModbusDevice, SimDevice], Any]) -> None:
         self._make = make
@@ -64,11 +69,15 @@ class ModbusDevice:
         with suppress(asyncio.CancelledError):
             await self._server.serving
 
-    async def _act(
-        self, function: int, start: int, address: int, count: int, registers: list[int], values: Any
-    ) -> ExcCodes | None:
-        self.asked.append((function, address, list(values) if values is not None else count))
+    async def _act(self, *_: Any) -> ExcCodes | None:
         return self.says_no
+
+    def hear(self, is_answer: bool, pdu: ModbusPDU) -> ModbusPDU:
+        """A request, or its answer. The server's thread."""
+        if not is_answer:
+            told = list(pdu.registers or pdu.bits)
+            self.asked.append((pdu.function_code, pdu.address, told or pdu.count))
+        return pdu
 
     def written(self) -> list[tuple[int, int, Any]]:
         """What was written since the last call."""
@@ -85,14 +94,15 @@ class ModbusDevice:
 
 def tcp_device(port: int, framer: FramerType = FramerType.SOCKET) -> ModbusDevice:
     """One that listens on this port of the loopback."""
-    return ModbusDevice(lambda its, sim: ModbusTcpServer(sim, address=("127.0.0.1", port), framer=framer))
+    return ModbusDevice(
+        lambda its, sim: ModbusTcpServer(sim, address=("127.0.0.1", port), framer=framer, trace_pdu=its.hear)
+    )
 
 
 class SerialCable:
-    """Two pseudo terminals, joined: ``device_end`` for the device, ``path`` for the robot. It can be cut, and garbled."""
+    """Two pseudo terminals, joined: one end for the device, ``port`` for the robot. It can be cut and garbled."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self) -> None:
         self.is_cut = False
         self.noise = b""
         """Put before the next thing that the device says."""
@@ -105,8 +115,7 @@ class SerialCable:
             self._ours.append(ours)
             self._others.append(other)
             names.append(os.ttyname(other))
-        self.device_end = names[0]
-        path.symlink_to(names[1])
+        self.device_end, self.port = names
         self._is_over = threading.Event()
         self._thread = threading.Thread(target=self._carry, daemon=True)
         self._thread.start()
@@ -127,16 +136,31 @@ class SerialCable:
         self._thread.join(5)
         for one in (*self._ours, *self._others):
             os.close(one)
-        self.path.unlink()
 
 
 def serial_device(cable: SerialCable) -> ModbusDevice:
     """One at the end of this cable."""
     return ModbusDevice(
         lambda its, sim: ModbusSerialServer(
-            sim, port=cable.device_end, baudrate=19_200, parity="E", framer=FramerType.RTU
+            sim, port=cable.device_end, baudrate=19_200, framer=FramerType.RTU, trace_pdu=its.hear
         )
     )
 
 
-__all__ = ["COUNT", "ExcCodes", "ModbusDevice", "SerialCable", "free_port", "serial_device", "tcp_device"]
+class Lines:
+    """Makes handlers on lines without a thread: a test opens them as a line's own thread would."""
+
+    def __init__(self) -> None:
+        self._made: list[KeptLine] = []
+
+    def build(self, configurer: Any, source: str, *, timeout_s: float = 2.0, safety: Any = None, **params: Any) -> Any:
+        """The line, and a handler on it."""
+        its = ModbusLineParams(source=source, timeout_s=timeout_s, parity="none")
+        line, shared = KeptLine(its), Shared()
+        self._made.append(line)
+        shared.get(f"mosaic-modbus:{source}", lambda: line)
+        return line, build(configurer, params={"line": its.model_dump(), **params}, safety=safety, shared=shared)
+
+    def close(self) -> None:
+        for line in self._made:
+            line.close()

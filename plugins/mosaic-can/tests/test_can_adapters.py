@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import select
 import subprocess
@@ -116,7 +117,7 @@ async def test_socketcan_goes_down_and_comes_back(vcan: str) -> None:
     async with joined(made) as link:
         store: Any = link.connection.receivable("bus")
         heard: list[str] = []
-        store.subscribe(lambda message: heard.append(message.json()["data"]))
+        store.subscribe(lambda data: heard.append(json.loads(data)["data"]))
 
         def hears(number: int) -> bool:
             says(number)

@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 from pydantic import Field, field_validator, model_validator
 
-from mosaic_core.contract.params import Params
+from mosaic_core.contract.params import Params, unit
 from mosaic_core.words.limits import MotionKind
 
 FAKE = "fake"
@@ -59,8 +59,8 @@ class RegisterField(Params):
     bit: int | None = Field(default=None, ge=0, le=15, description="One bit of a register, 0 is the lowest: a boolean.")
     byte_order: Order = Field(default="big", description="Within a register.")
     word_order: Order = Field(default="big", description="Of several registers: `big` has the high one first.")
-    scale: float = Field(default=1.0, description="What 1 in the register means.")
-    offset: float = Field(default=0.0, description="What 0 in the register means.")
+    scale: float = Field(default=1.0, description="What 1 in the register means.", json_schema_extra=unit(""))
+    offset: float = Field(default=0.0, description="What 0 in the register means.", json_schema_extra=unit(""))
     unit: str | None = Field(default=None, max_length=16, description="As operators see it; default: by its name.")
     description: str = Field(default="", max_length=200, description="What it means.")
 
@@ -92,8 +92,8 @@ class WriteField(RegisterField):
     motion: MotionKind | None = Field(
         default=None, description="velocity: it moves something and 0 stands still; position: it is a place to go to."
     )
-    min: float | None = Field(default=None, description="Least value, in its unit.")
-    max: float | None = Field(default=None, description="Greatest value, in its unit.")
+    min: float | None = Field(default=None, description="Least value, in its unit.", json_schema_extra=unit(""))
+    max: float | None = Field(default=None, description="Greatest value, in its unit.", json_schema_extra=unit(""))
     safe: float | bool | None = Field(
         default=None,
         description="What is written on silence, when the operator is lost, and on a stop; of a velocity 0.",

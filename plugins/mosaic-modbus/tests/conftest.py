@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from support.modbus_device import ModbusDevice, SerialCable, free_port, serial_device, tcp_device
+from support.modbus_device import Lines, ModbusDevice, SerialCable, free_port, serial_device, tcp_device
 
 
 @pytest.fixture
 def port() -> int:
     return free_port()
+
+
+@pytest.fixture
+def lines() -> Iterator[Lines]:
+    """Lines without threads, which are closed when the test is over."""
+    made = Lines()
+    yield made
+    made.close()
 
 
 @pytest.fixture
@@ -24,8 +31,8 @@ def device(port: int) -> Iterator[ModbusDevice]:
 
 
 @pytest.fixture
-def cable(tmp_path: Path) -> Iterator[SerialCable]:
-    made = SerialCable(tmp_path / "ttyUSB0")
+def cable() -> Iterator[SerialCable]:
+    made = SerialCable()
     yield made
     made.close()
 
