@@ -97,6 +97,7 @@ class WriteField(RegisterField):
     safe: float | bool | None = Field(
         default=None,
         description="What is written on silence, when the operator is lost, and on a stop; of a velocity 0.",
+        json_schema_extra=unit(""),
     )
 
     @model_validator(mode="after")
