@@ -13,7 +13,7 @@ ANSWER_S = 0.002
 """As a quick device on TCP takes."""
 
 
-class FakePort:
+class FakeModbusPort:
     """Answers for every device and address."""
 
     def __init__(self) -> None:

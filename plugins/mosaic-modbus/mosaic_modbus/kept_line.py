@@ -15,7 +15,7 @@ from typing import Protocol, Self, TypeVar
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.words.errors import DeviceGone, MosaicError
-from mosaic_modbus.fake_port import FakePort
+from mosaic_modbus.fake_port import FakeModbusPort
 from mosaic_modbus.params import FAKE, ModbusLineParams
 from mosaic_modbus.plan import Block, Write
 from mosaic_modbus.port import DeviceSaidNo, ModbusPort, NoAnswer, PymodbusPort
@@ -44,7 +44,7 @@ class SafeValues(Protocol):
 
 def port_of(params: ModbusLineParams) -> ModbusPort:
     """What carries requests there; it is not open."""
-    return FakePort() if params.source == FAKE else PymodbusPort(params)
+    return FakeModbusPort() if params.source == FAKE else PymodbusPort(params)
 
 
 class KeptLine:

@@ -33,7 +33,7 @@ class DeviceSaidNo(Exception):
 
 
 class NoAnswer(Exception):
-    """Nothing came that makes sense as an answer."""
+    """The device is silent, or what came makes no sense as an answer."""
 
 
 class ModbusPort(Protocol):
