@@ -8,6 +8,9 @@ from mosaic_core.contract.message_fields import MessageFields
 from mosaic_core.words.limits import ImpossibleLimit, MotionKind
 from mosaic_core.words.safety_config import FieldBounds
 
+_VELOCITIES_CURE = "give each velocity a field of its own, or write `kind: position` if 0 is no standstill"
+"""A velocity that a command leaves out has to fall to 0 slowly enough, and a list without it has no place for that."""
+
 
 def own_kind(
     field: str, fields: MessageFields, velocities: Collection[str], positions: Collection[str]
@@ -36,5 +39,5 @@ def kind_of(
     kind: MotionKind = own or bounds.kind or "velocity"
     if kind == "velocity" and fields.list_of(field) is not None:
         message = f"'{field}' stands in a list, of which only positions can be limited"
-        raise ImpossibleLimit(message, cure="write `kind: position` if 0 is no standstill")
+        raise ImpossibleLimit(message, cure=_VELOCITIES_CURE)
     return kind

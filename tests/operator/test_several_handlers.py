@@ -17,6 +17,7 @@ from mosaic_core import (
     Delivery,
     FieldBounds,
     Handler,
+    MediaTrackHandler,
     Message,
     MosaicError,
     NoParams,
@@ -27,6 +28,7 @@ from mosaic_core.runtime.observation.delivery_reports import row_of
 from mosaic_core.runtime.observation.metrics_text import metrics_text
 from mosaic_core.testing import Joined, connector, joined, until
 from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.errors import ConfigError
 
 
 class Grip(Message):
@@ -211,3 +213,28 @@ def test_one_that_declares_nothing_sends_any_json() -> None:
             """Takes everything."""
 
     assert Free("f").send_json({"anything": 1}) is False, "nobody is there, and nobody objects"
+
+
+class Eye(MediaTrackHandler):
+    def frames(self) -> Iterator[Any]:
+        yield from ()
+
+
+class EyesConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Sequence[Handler]:
+        return [Eye(self.label), Eye(f"{self.label}_right")]
+
+
+class SeeingConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Sequence[Handler]:
+        return [Joints(self.label), Eye(f"{self.label}_eye")]
+
+
+@pytest.mark.parametrize(("configurer", "second"), [(EyesConfigurer, "eyes_right"), (SeeingConfigurer, "eyes_eye")])
+async def test_tracks_that_nobody_would_be_told_of_are_refused(configurer: Any, second: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        async with joined(connector(configurer, label="eyes")):
+            raise AssertionError("it started")
+    (problem,) = refused.value.problems
+    assert f"makes 'eyes', '{second}'" in problem.message
+    assert problem.cure.startswith("make a connector type of its own for each camera")

@@ -25,6 +25,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
     WithHandlers,
     delivery_problems,
     label_problems,
+    media_problems,
     widget_problems,
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
@@ -137,6 +138,7 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
             problems += request_problems(one, handlers)
+            problems += media_problems(one, handlers)
             problems += widget_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:

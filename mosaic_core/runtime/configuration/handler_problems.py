@@ -34,6 +34,21 @@ def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
             yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure)
 
 
+def media_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """Pictures or sound beside another handler: the catalogue announces one track of a connector, so that operators
+    would not see the rest."""
+    told = [handler for handler in handlers if not handler.is_for_originals]
+    tracks = [handler for handler in told if handler.data_type is MosaicDataType.MEDIA]
+    if not tracks or len(told) < 2:
+        return
+    labels = ", ".join(f"'{handler.label}'" for handler in told)
+    message = (
+        f"connector '{one.config.label}' of {one.installed.source} makes {labels}, and pictures or sound among them"
+    )
+    cure = "make a connector type of its own for each camera, microphone and loudspeaker; `shared` holds their device"
+    yield one.broken(f"{message}: operators would not be told of all", cure=cure)
+
+
 def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """A widget of a plugin, ``acme-arm/ArmPanel``, that is not where its distribution says."""
     is_installed = one.installed.entry_point.dist is not None or one.installed.local is not None

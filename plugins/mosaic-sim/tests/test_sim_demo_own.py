@@ -11,8 +11,10 @@ import pytest
 import yaml
 
 from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
+from mosaic_sim.demo.checks import Result
 from mosaic_sim.demo.child import Child
 from mosaic_sim.demo.errors import DemoFailed
+from mosaic_sim.demo.headless_check import failures_in, with_cause
 from mosaic_sim.demo.own_plugin import plugin_at
 from mosaic_sim.demo.robot_file import OwnConnector, RobotFile, robot_file
 
@@ -91,6 +93,39 @@ def test_a_plugin_brings_its_entry_and_a_file_its_type(tmp_path: Path, lamp: Pat
         {"type": "lux", "label": "lux"},
     ]
     assert file.notes == ()
+
+
+def test_the_trial_of_a_class_takes_the_place_of_a_device_in_a_check_and_where_no_file_names_params(
+    tmp_path: Path, lamp: Path
+) -> None:
+    changed(lamp / "acme_lamp" / "connector.py", '    connector_type = "acme-lamp"\n',
+            '    connector_type = "acme-lamp"\n    trial = {"port": "made-up"}\n')  # fmt: skip
+    assert "/dev/ttyUSB0" in str(added_entries(made(tmp_path, lamp)))
+    (tmp_path / "checked").mkdir()
+    checked = robot_file(tmp_path / "checked", [plugin_at(lamp)], on_trial=True)
+    entry = {"type": "acme-lamp", "label": "acme_lamp", "params": {"port": "made-up"}}
+    assert added_entries(checked) == [entry]
+    assert checked.notes == ("'acme_lamp' runs with the `trial` of its class instead of the params of its file",)
+    (lamp / "mosaic_config.yaml").unlink()
+    (tmp_path / "unnamed").mkdir()
+    assert added_entries(robot_file(tmp_path / "unnamed", [plugin_at(lamp)])) == [entry]
+
+
+LOG = """\
+12:00:00 WARNING connector 'lamp': no lamp on /dev/x; plug it in (plugin.no_device); tries again in 1.0 s
+12:00:00 ERROR   connector 'arm_grip' failed at /a/arm.py:7: ValueError: 3 (plugin.failed); tries again in 0.5 s
+12:00:00 WARNING something else
+"""
+
+
+def test_a_missing_device_is_the_verdict_on_what_nothing_was_seen_of() -> None:
+    failures = failures_in(LOG, ["lamp", "arm", "other"])
+    why = "no lamp on /dev/x; plug it in (plugin.no_device)"
+    assert failures == {"lamp": why, "arm": "ValueError: 3 (plugin.failed)"}
+    assert with_cause(Result("lamp", True, "takes messages"), why) == Result("lamp", False, why)
+    assert with_cause(Result("lamp", False, "nothing arrived in time"), why) == Result("lamp", False, why)
+    assert with_cause(Result("lamp", True, "is_on"), why) == Result("lamp", True, "is_on")
+    assert with_cause(Result("lamp", True, "takes messages"), "") == Result("lamp", True, "takes messages")
 
 
 def test_its_code_comes_from_its_folder_for_the_robot_alone(tmp_path: Path, lamp: Path, lux: Path) -> None:

@@ -39,7 +39,8 @@ def run_demo(
             if not as_json:
                 typer.echo("Starting a server and a simulated robot …")
             plugins = [plugin_at(path) for path in {path.resolve(): path for path in own}.values()]
-            running = stack.enter_context(running_demo(port, plugins, chosen_robot(arm=arm, vehicle=vehicle)))
+            shown = chosen_robot(arm=arm, vehicle=vehicle)
+            running = stack.enter_context(running_demo(port, plugins, shown, on_trial=headless_check))
             if headless_check:
                 raise typer.Exit(_check(running, as_json))
             _present(running, opens=opens, as_json=as_json)
@@ -61,6 +62,8 @@ def _check(running: RunningDemo, as_json: bool) -> int:
         typer.echo(json.dumps({"ok": is_ok, "checks": [result.wire() for result in results]}))
     else:
         print_results(Console(), results)
+        for note in running.notes:
+            typer.echo(f"note: {note}")
     return 0 if is_ok else 1
 
 

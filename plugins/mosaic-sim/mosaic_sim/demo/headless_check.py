@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 from rich.table import Table
@@ -14,9 +15,13 @@ from rich.table import Table
 from mosaic_sim.demo.checks import Result
 from mosaic_sim.demo.demo_robot import YARD
 from mosaic_sim.demo.errors import DemoFailed
+from mosaic_sim.demo.own_checks import UNPROVEN
 from mosaic_sim.demo.supervisor import RunningDemo
 
 PATIENCE_S = 90.0
+MOST_LOG_LINES = 2000
+_FAILURE = re.compile(r"connector '(?P<label>[^']+)'(?: failed[^:]*(?::\d+)?)?: (?P<why>.*); tries again in [\d.]+ s")
+"""The line of `mosaic run` about a connector that failed."""
 PASSWORD_VARIABLE = "MOSAIC_CHECK_PASSWORD"  # noqa: S105 - the name of a variable, not a password
 
 ANY_ROBOT = "--any-robot"
@@ -42,9 +47,28 @@ def checked(demo: RunningDemo) -> list[Result]:
         raise DemoFailed(f"the check did not end within {PATIENCE_S:g} s", details=demo.robot.last_lines()) from None
     demo.check_alive()
     try:
-        return [Result.of_wire(line) for line in json.loads(done.stdout)]
+        results = [Result.of_wire(line) for line in json.loads(done.stdout)]
     except (ValueError, TypeError, KeyError):
         raise DemoFailed("the check gave no result", details=done.stderr.strip()[-2000:]) from None
+    failures = failures_in(demo.robot.last_lines(MOST_LOG_LINES), [one.label for one in demo.own])
+    return [with_cause(result, failures.get(result.name, "")) for result in results]
+
+
+def failures_in(log: str, labels: Iterable[str]) -> dict[str, str]:
+    """What the robot's log says last of those connectors, or of handlers of theirs, that failed."""
+    found: dict[str, str] = {}
+    for match in _FAILURE.finditer(log):
+        for label in labels:
+            if match["label"] == label or match["label"].startswith(f"{label}_"):
+                found[label] = match["why"]
+    return found
+
+
+def with_cause(result: Result, cause: str) -> Result:
+    """A device that is missing fails the check of what only takes messages, too; what has arrived is proof enough."""
+    if not cause or (result.is_ok and result.detail not in UNPROVEN):
+        return result
+    return Result(result.name, False, cause)
 
 
 def print_results(console: Console, results: Sequence[Result]) -> None:

@@ -6,6 +6,9 @@ from mosaic_core.operator import RobotConnection
 from mosaic_core.words.data_type import Direction, Kind
 from mosaic_sim.demo.checks import CheckFailed, messages_arrive
 
+UNPROVEN = frozenset(("announced", "takes messages", "answers requests"))
+"""What is said of a connector that nothing was seen of but its channel."""
+
 
 async def own_works(connection: RobotConnection, label: str) -> str:
     """What was seen of it: a picture, a message, or that it is open. Raises :class:`CheckFailed`, and

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,9 +60,15 @@ class RobotFile:
         return {"PYTHONPATH": self.python_path} if self.python_path else {}
 
 
-def robot_file(folder: Path, plugins: Sequence[OwnPlugin], robot: DemoRobot = YARD) -> RobotFile:
+def robot_file(
+    folder: Path, plugins: Sequence[OwnPlugin], robot: DemoRobot = YARD, *, on_trial: bool = False
+) -> RobotFile:
     """Write the file of ``robot`` into ``folder``. With ``plugins`` it is checked: raises :class:`DemoFailed` with what
-    is wrong."""
+    is wrong.
+
+    ``on_trial``: connectors get the ``trial`` of their class, which needs no device, instead of the params of their own
+    file. Those that no file names get it in any case.
+    """
     text = robot.text()
     path = folder / "robot.yaml"
     entries_before = yaml.safe_load(masked(text))["connectors"]
@@ -69,12 +76,14 @@ def robot_file(folder: Path, plugins: Sequence[OwnPlugin], robot: DemoRobot = YA
     if not plugins:
         path.write_text(text, "utf-8")
         return RobotFile(path, simulated=simulated)
+    python_path = _python_path(folder / "plugins", plugins)
     entries, own, notes = _entries(plugins, [one.label for one in simulated])
+    entries, told = _with_trials(entries, _trials(plugins, python_path), on_trial=on_trial)
     added = unmasked(yaml.safe_dump(entries, sort_keys=False, allow_unicode=True, default_flow_style=False, width=1000))
     lines = "".join(f"  {line}\n" for line in added.splitlines())
     # Before the simulated ones, so that the page shows them where one looks first.
     path.write_text(text.replace(_HEAD, f"{_HEAD}  # What --with has brought.\n{lines}\n", 1), "utf-8")
-    made = RobotFile(path, _python_path(folder / "plugins", plugins), own, notes, simulated)
+    made = RobotFile(path, python_path, own, (*notes, *told), simulated)
     _check(made, plugins, [*made.labels, *(one.label for one in simulated)])
     return made
 
@@ -95,6 +104,35 @@ def _entries(
         own.append(OwnConnector(label, entry["type"], plugin.source))
         entries.append({**entry, "label": label})
     return entries, tuple(own), tuple(notes)
+
+
+def _trials(plugins: Sequence[OwnPlugin], python_path: str) -> Mapping[str, Any]:
+    """By type, in a process of its own, as it imports the plugins."""
+    command = [sys.executable, "-m", "mosaic_sim.demo.trial_program", *(one for its in plugins for one in its.types)]
+    environment = {**os.environ, "PYTHONPATH": python_path}
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=False, timeout=START_PATIENCE_S
+    )
+    try:
+        return dict(json.loads(done.stdout.splitlines()[-1]))
+    except (IndexError, ValueError, TypeError):
+        return {}  # the check that follows says why
+
+
+def _with_trials(
+    entries: Sequence[Entry], trials: Mapping[str, Any], *, on_trial: bool
+) -> tuple[list[Entry], tuple[str, ...]]:
+    """The entries with the params of their trials, and what to tell of those whose own params give way."""
+    made, told = list[Entry](), list[str]()
+    for entry in entries:
+        trial, is_named = trials.get(entry["type"]), bool(entry.get("params"))
+        if trial is None or (is_named and not on_trial):
+            made.append(entry)
+            continue
+        made.append({**entry, "params": trial})
+        if is_named and entry["params"] != trial:
+            told.append(f"'{entry['label']}' runs with the `trial` of its class instead of the params of its file")
+    return made, tuple(told)
 
 
 def _free(label: str, taken: dict[str, str]) -> str:

@@ -81,9 +81,11 @@ def endings_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = (), shown: DemoRobot = YARD) -> Iterator[RunningDemo]:
+def running_demo(
+    port: int | None, plugins: Sequence[OwnPlugin] = (), shown: DemoRobot = YARD, *, on_trial: bool = False
+) -> Iterator[RunningDemo]:
     """Server and the robot ``shown`` for the length of a ``with`` block, in a folder that is removed after it. It
-    has the connectors of ``plugins``, too.
+    has the connectors of ``plugins``, too; ``on_trial``: with the ``trial`` of their classes, which needs no device.
 
     Raises :class:`~mosaic_sim.demo.errors.DemoFailed` if anything does not come up.
     """
@@ -93,7 +95,7 @@ def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = (), shown: Dem
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mosaic-demo-")))
         children: list[Child] = []
         stack.callback(end_all, children)
-        config = robot_file(folder, plugins, shown)
+        config = robot_file(folder, plugins, shown, on_trial=on_trial)
         seed = seeded(folder)
         server = DemoServer(folder, free_port)
         children.append(server.child)

@@ -88,7 +88,10 @@ test('nothing is sent while somebody else commands, and why is said', () => {
 
 test('a gripper opens within its limits, and presses as hard as it is told', async () => {
   shown({ ...TARGET, label: 'hand', schemaId: GripperTarget, safety: { limits: { position: { max: 0.08 } } } })
-  expect(screen.getByRole<HTMLInputElement>('slider', { name: 'Opening' }).max).toBe('0.08')
+  const slider = screen.getByRole<HTMLInputElement>('slider', { name: 'Opening' })
+  expect(slider.max).toBe('0.08')
+  expect(slider.getAttribute('aria-valuetext')).toBe('not set')
+  expect(document.body.textContent).not.toContain('– m')
   slide('Opening', 0.05)
   await move()
   await userEvent.type(screen.getByRole('textbox', { name: 'Press at most (N)' }), '0')

@@ -17,6 +17,7 @@ export interface SliderRowProps {
 export function SliderRow({ name, unit, min, max, value, isTouched, onChange }: SliderRowProps) {
   const id = useId()
   const step = stepOf(max - min)
+  const text = value === null ? 'not set' : `${formatted(value)} ${unit}`
   const shown = value ?? Math.min(max, Math.max(min, (min + max) / 2))
   return (
     <div className={classes.slider} data-touched={isTouched}>
@@ -28,11 +29,11 @@ export function SliderRow({ name, unit, min, max, value, isTouched, onChange }: 
         max={max}
         step={step}
         value={shown}
-        aria-valuetext={`${formatted(value)} ${unit}`}
+        aria-valuetext={text}
         onChange={(event) => onChange(event.currentTarget.valueAsNumber)}
       />
       <span className={classes.value} aria-hidden>
-        {formatted(value)} {unit}
+        {text}
       </span>
     </div>
   )

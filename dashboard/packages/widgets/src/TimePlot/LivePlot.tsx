@@ -21,23 +21,28 @@ const WINDOWS = [
 
 export const KEPT_S = 600
 
+/** By unit, what its scale has to show at least. */
+export type Limits = Readonly<Record<string, readonly number[]>>
+export const NO_LIMITS: Limits = {}
+
 export interface LivePlotProps {
   fields: readonly Field[]
+  limits?: Limits
   buffer: SeriesBuffer
   name: string
 }
 
 /** A running plot of what is in the buffer; it can be held to look closer while the buffer goes on filling. */
-export function LivePlot({ fields, buffer, name }: LivePlotProps) {
+export function LivePlot({ fields, buffer, name, limits = NO_LIMITS }: LivePlotProps) {
   const [windowS, setWindowS] = useState('30')
   const [pausedAtS, setPausedAtS] = useState<number | null>(null)
   const target = useRef<HTMLDivElement>(null)
   const scheme = useComputedColorScheme('dark')
   useEffect(() => {
     if (target.current === null) return undefined
-    return runningPlot(target.current, fields, buffer, Number(windowS), pausedAtS)
+    return runningPlot(target.current, fields, buffer, limits, Number(windowS), pausedAtS)
     // The plot takes its colours when it is made: another scheme makes another plot.
-  }, [fields, buffer, windowS, pausedAtS, scheme])
+  }, [fields, buffer, limits, windowS, pausedAtS, scheme])
   const isPaused = pausedAtS !== null
   return (
     <div className={classes.root}>
@@ -64,11 +69,12 @@ function runningPlot(
   target: HTMLElement,
   fields: readonly Field[],
   buffer: SeriesBuffer,
+  limits: Limits,
   windowS: number,
   pausedAtS: number | null,
 ): () => void {
   const data = () => buffer.window(pausedAtS ?? nowMs() / 1000, windowS)
-  const plot = new uPlot({ ...plotOptions(fields, lookOf(target), windowS), ...sizeOf(target) }, data(), target)
+  const plot = new uPlot({ ...plotOptions(fields, lookOf(target), windowS, (unit) => limits[unit] ?? []), ...sizeOf(target) }, data(), target)
   const resized = new ResizeObserver(() => plot.setSize(fittedSize(target, plot)))
   resized.observe(target)
   const timer =

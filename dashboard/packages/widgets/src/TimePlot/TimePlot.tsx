@@ -6,7 +6,8 @@ import { arrivingSchema } from '../schema/arrivingSchema'
 import { fieldsOf, type Field } from '../schema/jsonSchema'
 import { numericFields, valueAt } from '../schema/messageFields'
 import { useEveryJson } from '../stores/useReceived'
-import { KEPT_S, LivePlot } from './LivePlot'
+import { curvesOf, keyOf, limitedFields } from './limits'
+import { KEPT_S, LivePlot, NO_LIMITS, type Limits } from './LivePlot'
 import { SeriesBuffer } from './SeriesBuffer'
 
 /** Every number of the messages over time. */
@@ -16,18 +17,21 @@ export function TimePlot({ entry, store }: WidgetProps) {
   // Messages tell what there is without a schema, and which of the fields that may be left out are not.
   const [found, setFound] = useState<readonly Field[]>([])
   const fields = found.length > 0 ? found : declared
-  const buffer = useMemo(() => new SeriesBuffer(fields.length, KEPT_S), [fields])
+  const curves = useMemo(() => curvesOf(fields), [fields])
+  const [limits, setLimits] = useState<Limits>(NO_LIMITS)
+  const buffer = useMemo(() => new SeriesBuffer(curves.length, KEPT_S), [curves])
   useEveryJson(store, (message, info) => {
     const there = allOf(fields, numericFields(schema, message))
     if (there.length > fields.length) return setFound(there)
-    const values = fields.map((field) => numberAt(message, field))
+    setLimits((before) => sameOr(before, limitsIn(message, fields)))
+    const values = curves.map((field) => numberAt(message, field))
     buffer.add((info?.receivedAtMs ?? nowMs()) / 1000, values)
   })
   if (fields.length === 0) {
     const hasSchema = fieldsOf(schema).length > 0
     return <Notice tone="wait" title={hasSchema ? 'Nothing to plot: no field is a number' : 'No value yet'} />
   }
-  return <LivePlot fields={fields} buffer={buffer} name={entry.label} />
+  return <LivePlot fields={curves} buffer={buffer} limits={limits} name={entry.label} />
 }
 
 /** More lines than this no legend holds. */
@@ -39,8 +43,19 @@ function allOf(known: readonly Field[], there: readonly Field[]): readonly Field
   return [...known, ...there.filter((field) => !keys.has(keyOf(field)))].slice(0, MAX_FIELDS)
 }
 
-function keyOf({ path }: Field): string {
-  return path.join('.')
+/** What the message says of the limits, by unit. */
+function limitsIn(message: unknown, fields: readonly Field[]): Limits {
+  const found: Record<string, number[]> = {}
+  for (const { field, min, max } of limitedFields(fields)) {
+    const numbers = [min, max].map((limit) => numberAt(message, limit)).filter((value) => value !== null)
+    found[field.unit] = [...(found[field.unit] ?? []), ...numbers]
+  }
+  return found
+}
+
+/** Another plot is made only of other limits. */
+function sameOr(before: Limits, now: Limits): Limits {
+  return JSON.stringify(before) === JSON.stringify(now) ? before : now
 }
 
 function numberAt(message: unknown, field: Field): number | null {

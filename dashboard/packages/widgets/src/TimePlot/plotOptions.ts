@@ -2,6 +2,7 @@
 import type uPlot from 'uplot'
 import type { Field } from '../schema/jsonSchema'
 import { formatted } from '../schema/messageFields'
+import { scaleRange } from './limits'
 
 export interface PlotLook {
   line: string
@@ -12,7 +13,13 @@ export interface PlotLook {
 /** More lines than this nobody tells apart; the legend switches the others on. */
 export const SHOWN_AT_FIRST = 4
 
-export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: number): Omit<uPlot.Options, 'width' | 'height'> {
+/** `limitsOf`: how far the scale of a unit goes at least, asked whenever it is drawn. */
+export function plotOptions(
+  fields: readonly Field[],
+  look: PlotLook,
+  windowS: number,
+  limitsOf: (unit: string) => readonly number[] = () => [],
+): Omit<uPlot.Options, 'width' | 'height'> {
   const units = [...new Set(fields.map((field) => field.unit))]
   const stroke = { stroke: look.muted, font: '11px Inter Variable, sans-serif' }
   const grid = { stroke: look.line, width: 1 }
@@ -20,7 +27,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
     padding: [8, 8, 0, 0],
     cursor: { y: false, points: { size: 6 } },
     legend: { live: true },
-    scales: { x: { time: false, range: () => [-windowS, 0] } },
+    scales: { x: { time: false, range: () => [-windowS, 0] }, ...limitedScales(units, limitsOf) },
     axes: [
       { ...stroke, grid, ticks: grid, size: 24, values: (_plot, splits) => splits.map((split) => `${Math.round(split)} s`) },
       ...units.map((unit, index): uPlot.Axis => ({
@@ -49,6 +56,12 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
       })),
     ],
   }
+}
+
+function limitedScales(units: readonly string[], limitsOf: (unit: string) => readonly number[]): uPlot.Scales {
+  const limited = units.filter((unit) => limitsOf(unit).length > 0)
+  const rangeOf = (unit: string) => (_plot: uPlot, least: number | null, greatest: number | null) => scaleRange(least, greatest, limitsOf(unit))
+  return Object.fromEntries(limited.map((unit) => [scaleOf(unit), { range: rangeOf(unit) }]))
 }
 
 function scaleOf(unit: string): string {

@@ -1,10 +1,10 @@
 import { Badge, Button, Popover, Stack, Text, Textarea, Tooltip, type ButtonProps } from '@mantine/core'
 import type { LeaseView, PeerView } from '@mosaic/client'
-import { useControl, useLease } from '@mosaic/react'
+import { useControl, useLease, useReadable, useRobotConnection } from '@mosaic/react'
 import { IconEye, IconHourglassEmpty, IconSteeringWheel, IconUserCheck, IconUsers } from '@tabler/icons-react'
 import { useId, useState, type SubmitEvent } from 'react'
 import classes from './control.module.css'
-import { leaseText, nameOf, resourceSuffix, type LeaseText } from './controlText'
+import { leaseText, nameOf, resourceSuffix, shownLeases, type LeaseText } from './controlText'
 
 const REASON_MAX = 200
 
@@ -13,8 +13,9 @@ type Take = (options?: { reason?: string; force?: boolean }) => boolean
 /** One button per thing that can be commanded; most robots have one. Original robots know no lease and get none. */
 export function LeaseButtons({ robotId }: { robotId: string }) {
   const { availability, leases } = useControl(robotId)
+  const catalogue = useReadable(useRobotConnection(robotId).catalogue)
   if (availability !== 'available') return null
-  return Object.keys(leases).map((resource) => <LeaseButton key={resource} robotId={robotId} resource={resource} />)
+  return shownLeases(leases, catalogue).map((resource) => <LeaseButton key={resource} robotId={robotId} resource={resource} />)
 }
 
 /** Who has control, and the way to get it, give it back, or wait for it. */

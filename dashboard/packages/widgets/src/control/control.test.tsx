@@ -303,6 +303,32 @@ describe('the lease button', () => {
   })
 })
 
+describe('the lease button of a robot whose connectors all need another lease', () => {
+  const ARM = { label: 'arm', type: 'x', kind: 'data', dataType: 'json-u2r', direction: 'to-robot', channels: [], delivery: 'latest' } as const
+  const announce = (...resources: string[]) =>
+    connection.catalogue.set({
+      hash: '',
+      entries: resources.map((resource) => ({ ...ARM, label: resource, safety: { requires_lease: true, resource } })),
+    })
+
+  test('is of that one alone', () => {
+    desk().setLease({ ...FREE, resource: 'arm' })
+    announce('arm')
+    show(<LeaseButtons robotId="r" />)
+    expect(screen.getAllByRole('button').map(({ textContent }) => textContent)).toEqual(['Take control of arm'])
+    act(() => announce('arm', 'motion'))
+    expect(screen.getAllByRole('button')).toHaveLength(2)
+  })
+
+  test('is of motion too while somebody has it', () => {
+    desk().setLease({ ...FREE, resource: 'arm' })
+    desk().setLease(ALICES)
+    announce('arm')
+    show(<LeaseButtons robotId="r" />)
+    expect(screen.getByRole('button', { name: 'Alice has control' })).toBeTruthy()
+  })
+})
+
 describe('requests', () => {
   const asking = { ...MINE, queue: [{ peerId: 'bob', name: 'Bob', reason: 'my turn', isPerson: true }] }
 

@@ -1,5 +1,5 @@
 /** What the page says about who commands, about the stop, and about what limits the speed: pure, in whole sentences. */
-import { reasonOf, type Availability, type LeaseView, type PeerView, type Refusal, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
+import { entriesApart, reasonOf, resourceOf, type Availability, type Catalogue, type LeaseView, type PeerView, type Refusal, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
 import { formattedMs } from '../stores/age'
 
 /** What the robot refused: the gate that did, why, what to do, and of how many alike it speaks. */
@@ -156,4 +156,19 @@ export function whyText({ code, message }: { code: string; message?: string | un
 /** A resource as a word: `arm` is named, the usual `motion` goes without saying. */
 export function resourceSuffix(resource: string): string {
   return resource === 'motion' ? '' : ` of ${resource}`
+}
+
+/**
+ * The resources that have a button: every robot knows `motion`, also one whose connectors need another lease alone; it is
+ * shown there only while somebody has it or waits for it.
+ */
+export function shownLeases(leases: Readonly<Record<string, LeaseView>>, catalogue: Catalogue | null): string[] {
+  const needed = new Set(catalogue === null ? [] : entriesApart(catalogue).map(resourceOf))
+  const resources = Object.keys(leases)
+  const isOther = resources.some((resource) => resource !== 'motion' && needed.has(resource))
+  const isIdle = ({ state, request, queue }: LeaseView) => state === 'free' && request === null && queue.length === 0
+  return resources.filter((resource) => {
+    const lease = leases[resource]
+    return resource !== 'motion' || needed.has(resource) || !isOther || (lease !== undefined && !isIdle(lease))
+  })
 }
