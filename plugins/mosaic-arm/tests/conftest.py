@@ -24,6 +24,8 @@ class FailingBus:
         self.within = SimulatedBus(joints, lambda: clock.now_s)
         self.is_gone = False
         self.silent: set[int] = set()
+        self.in_the_way: dict[int, int] = {}
+        """How low a motor gets, however hard it presses, in ticks."""
         self.not_there: list[int] = []
         self.offsets: dict[int, int] = {}
         self.faults: dict[int, tuple[str, ...]] = {}
@@ -51,7 +53,12 @@ class FailingBus:
     def _ill(self, motor: int, one: MotorReading) -> MotorReading:
         hot = self.temperatures.get(motor, one.temperature_c)
         return MotorReading(
-            one.ticks, one.ticks_per_s, one.load_percent, one.voltage_v, hot, self.faults.get(motor, ())
+            max(one.ticks, self.in_the_way.get(motor, 0)),
+            one.ticks_per_s,
+            one.load_percent,
+            one.voltage_v,
+            hot,
+            self.faults.get(motor, ()),
         )
 
     def write_goals(self, ticks: Mapping[int, int]) -> None:

@@ -161,9 +161,7 @@ def test_what_the_gripper_holds_stays_held_when_its_operator_is_no_more(on_clock
     gripper = on_clock.build(ArmGripperConfigurer, FAST)
     feed(gripper, [one for _ in range(40) for one in ({"position": 0.03}, Silence(0.05))])
     motor = on_clock.arm.joints["gripper"].motor
-    on_clock.bus.silent.clear()
-    before = on_clock.bus.within.read()[motor].ticks
-    on_clock.bus.within.hold_back(motor, before)
+    before = on_clock.bus.in_the_way[motor] = on_clock.bus.read()[motor].ticks
     feed(gripper, [one for _ in range(40) for one in ({"position": 0.0}, Silence(0.05))])
     pressed = on_clock.bus.told[-1][1][motor]
     on_clock.clock.advance(2.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import pytest
@@ -157,3 +158,28 @@ def test_an_object_that_is_no_json_is_the_callers_mistake() -> None:
     store.connect_outlet(lambda kind, given: True)
     with pytest.raises(ValueError, match="JSON"):
         store.send_data({"x": float("nan")})
+
+
+async def test_a_target_is_said_while_the_block_runs_and_no_longer() -> None:
+    store, said, thrice = SendableStore(RobotConnector("r", "joints", MosaicDataType.JSON_U2R)), [], asyncio.Event()
+
+    def outlet(_: object, payload: bytes) -> bool:
+        said.append(payload)
+        if len(said) == 3:
+            thrice.set()
+        return True
+
+    store.connect_outlet(outlet)
+    async with store.held({"position": 0.5}, period_s=0.001):
+        assert said == [b'{"position":0.5}']  # at once
+        async with asyncio.timeout(WAIT_S):
+            await thrice.wait()
+    assert asyncio.all_tasks() == {asyncio.current_task()}  # nobody is left who could say it
+    assert set(said) == {b'{"position":0.5}'}
+
+
+async def test_what_is_no_json_is_not_held() -> None:
+    store = SendableStore(RobotConnector("r", "joints", MosaicDataType.JSON_U2R))
+    with pytest.raises(ValueError, match="JSON"):
+        async with store.held({"position": float("nan")}):
+            pass

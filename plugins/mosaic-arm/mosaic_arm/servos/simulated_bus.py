@@ -43,10 +43,6 @@ class SimulatedBus:
     def missing(self) -> list[int]:
         return []
 
-    def hold_back(self, motor: int, ticks: float) -> None:
-        """Something is in its way: it goes no lower, however hard it presses."""
-        self._joints[motor] = self._joints[motor].model_copy(update={"range_min": round(ticks)})
-
     def read(self) -> dict[int, MotorReading]:
         now_s = self._clock()
         step_s, self._read_at_s = min(max(0.0, now_s - self._read_at_s), MAX_STEP_S), now_s

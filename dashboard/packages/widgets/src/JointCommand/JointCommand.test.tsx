@@ -1,7 +1,6 @@
 import { messages, type CatalogueEntry } from '@mosaic/client'
-import { cleanup, fireEvent, render, screen } from '@testing-library/react'
+import { act, cleanup, fireEvent, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
-import { act } from 'react'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { FakeConnection, WithRobot } from '../../test/fakeRobot'
 import { FakeStore, storesOf } from '../../test/fakeStore'
