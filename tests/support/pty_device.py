@@ -55,8 +55,8 @@ class PtyDevice:
 
 @contextmanager
 def plugged_in(monkeypatch: pytest.MonkeyPatch) -> Iterator[PtyDevice]:
-    """A device that can be opened by its port. Reads of a silent one come back soon: no test waits for them. Writes have
-    time: a busy machine may keep a thread from running for longer than a device may keep a robot."""
+    """A device that can be opened by its port. Reads of a silent one come back soon: no test waits for them. Writes
+    have time: a busy machine may keep a thread from running for longer than a device may keep a robot."""
     device, make = PtyDevice(), mosaic_sensors.byte_source.serial.Serial
     with monkeypatch.context() as patch:
         patch.setattr(mosaic_sensors.byte_source, "READ_TIMEOUT_S", 0.01)
