@@ -43,8 +43,34 @@ def check_media_delivery(cls: type, delivery: Delivery | DeliveryContract) -> No
         raise wrong_declaration(cls, message, "Leave `delivery` out: their pace and bounds are params.")
 
 
+def check_delivery(cls: type, delivery: object) -> None:
+    """Refuse a delivery that is no mode and no contract."""
+    if not isinstance(delivery, Delivery | DeliveryContract) and not hasattr(delivery, "__get__"):
+        message = f"delivery is {delivery!r}, and no way to deliver."
+        ways = ", ".join(f"Delivery.{one.name}" for one in Delivery)
+        raise wrong_declaration(cls, message, f"Write one of {ways}, or a DeliveryContract.")
+
+
+def check_safe_action(cls: type) -> None:
+    """Refuse a ``make_safe`` that the safety thread can't run to its end by a plain call with the cause."""
+    written = vars(cls).get("make_safe")
+    if not inspect.isfunction(written):
+        return
+    is_run_later = inspect.iscoroutinefunction(written) or inspect.isgeneratorfunction(written)
+    if is_run_later or inspect.isasyncgenfunction(written):
+        message = "make_safe is async or yields, and the safety thread would run nothing of it."
+        raise wrong_declaration(cls, message, "Write it as a plain `def make_safe(self, cause)`.")
+    try:
+        inspect.signature(written).bind(None, "safety.timeout")
+    except TypeError as error:
+        message = f"make_safe can't be called with the cause ({error})."
+        raise wrong_declaration(cls, message, "Write `def make_safe(self, cause)`.") from None
+
+
 def check_widget(cls: type, widget: object) -> None:
     """Refuse the name of a widget that nobody has."""
+    if widget is not None and not isinstance(widget, str) and not hasattr(widget, "__get__"):
+        raise wrong_declaration(cls, f"widget is {widget!r}, and no name.", f"There are: {', '.join(WIDGET_HINTS)}.")
     if isinstance(widget, str) and not is_widget_hint(widget):
         message = f"there is no widget '{widget}'{hint_at(widget, WIDGET_HINTS)}"
         cure = f"There are: {', '.join(WIDGET_HINTS)}; a plugin's own is written as distribution/Name."
@@ -90,7 +116,9 @@ def check_lists(cls: type, message_type: Any) -> None:
 
 def check_timeout(cls: type, timeout_s: object, *, has_safe_action: bool) -> None:
     """Refuse a time-out that none can be, and one after which nothing would happen."""
-    if isinstance(timeout_s, bool) or not isinstance(timeout_s, int | float):
+    if isinstance(timeout_s, bool | str):
+        raise wrong_declaration(cls, f"timeout_s is {timeout_s!r}, and no number.", "Write seconds, such as 0.5.")
+    if not isinstance(timeout_s, int | float):
         return
     if not 0 < timeout_s <= MAX_TIMEOUT_S:
         message = f"timeout_s is {timeout_s:g}, and no time-out."

@@ -17,11 +17,13 @@ from pydantic import BaseModel
 from mosaic_core.contract.data_tap import DataTap
 from mosaic_core.contract.declarations import (
     check_bodies,
+    check_delivery,
     check_fields,
     check_limits,
     check_lists,
     check_media_delivery,
     check_resource,
+    check_safe_action,
     check_sent,
     check_timeout,
     check_widget,
@@ -152,6 +154,7 @@ class Handler:
         super().__init_subclass__(**kwargs)
         if cls.__module__ != __name__:
             check_bodies(cls, _BODIES)
+            check_delivery(cls, cls.delivery)
             if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
                 check_media_delivery(cls, cls.delivery)
             check_widget(cls, cls.widget)
@@ -413,6 +416,7 @@ class DataChannelReceivable(Handler, Generic[T]):
         check_fields(cls, fields, cls.motion_fields, cls.position_fields)
         check_limits(cls, fields, cls.limits, cls.motion_fields, cls.position_fields)
         check_resource(cls, cls.resource)
+        check_safe_action(cls)
         is_written = cls.make_safe is not DataChannelReceivable.make_safe
         check_timeout(cls, cls.timeout_s, has_safe_action=is_written)
 

@@ -149,6 +149,18 @@ class Moves(DataChannelReceivable[Joints]):
         """Holds."""
 
 
+async def later(self: Any, cause: str) -> None:
+    """Nobody waits for it."""
+
+
+def bit_by_bit(self: Any, cause: str) -> Iterator[None]:
+    yield
+
+
+def without_cause(self: Any) -> None:
+    """Can't be called."""
+
+
 AT_MOST = FieldBounds(max=1.0)
 
 
@@ -158,6 +170,12 @@ AT_MOST = FieldBounds(max=1.0)
         (Takes, {"timeout_s": 0.5}, "timeout_s is set, and after it nothing would happen: make_safe is not written. "),
         (Moves, {"timeout_s": 0}, "timeout_s is 0, and no time-out. Write seconds above 0 and up to 60, or None."),
         (Moves, {"timeout_s": 61.0}, "timeout_s is 61, and no time-out. "),
+        (Moves, {"timeout_s": "0.5"}, "timeout_s is '0.5', and no number. Write seconds, such as 0.5."),
+        (Takes, {"make_safe": later}, "make_safe is async or yields, and the safety thread would run nothing of it."),
+        (Takes, {"make_safe": bit_by_bit}, "make_safe is async or yields, and the safety thread would run nothing"),
+        (Takes, {"make_safe": without_cause}, "make_safe can't be called with the cause (too many positional argum"),
+        (Takes, {"delivery": "latest"}, "delivery is 'latest', and no way to deliver. Write one of Delivery.RELIABLE"),
+        (Takes, {"widget": 3}, "widget is 3, and no name. There are: audio"),
         (Moves, {"resource": "Left arm"}, "the lease of 'Left arm' can't be taken. Write small letters"),
         (Takes, {"widget": "drive-pat"}, "there is no widget 'drive-pat'; did you mean 'drive-pad'? There are: audio"),
         (MediaTrackHandler, {"widget": "film"}, "there is no widget 'film'"),
@@ -188,7 +206,7 @@ AT_MOST = FieldBounds(max=1.0)
         (
             Moves,
             {"position_fields": (), "limits": {"positions.*": AT_MOST}},
-            "'positions.*' stands in a list, of which only positions can be limited. Cure: write `kind: position` if",
+            "'positions.*' stands in a list, of which only positions can be limited. Cure: give each velocity a field",
         ),
         (Moves, {"motion_fields": ("positions.a",)}, "motion_fields names 'positions.a' in a list, and only positions"),
     ],
