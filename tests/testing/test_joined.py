@@ -185,9 +185,12 @@ class FilmConfigurer(MediaTrackConfigurer[NoParams]):
 async def test_a_test_takes_pictures_in_memory_as_a_real_operator_does(profile: str) -> None:
     async with joined(connector(FilmConfigurer, label="front"), network=MemoryNetwork(profile)) as link:
         front = link.connection.media("front")
-        seen = [await front.next_image() for _ in range(6)]
-        assert {(one.shape, one.dtype.name) for one in seen} == {((6, 8, 3), "uint8")}
-        assert {tuple(map(int, one[0, 0])) for one in seen} == {(10, 20, 30), (90, 90, 90)}
+        colours = set()
+        while len(colours) < 2:  # who is slow is shown the newest, which may be the same again
+            image = await front.next_image()
+            assert (image.shape, image.dtype.name) == ((6, 8, 3), "uint8")
+            colours.add(tuple(map(int, image[0, 0])))
+        assert colours == {(10, 20, 30), (90, 90, 90)}
 
 
 def test_a_picture_in_memory_answers_as_one_of_pyav_and_is_a_copy() -> None:
