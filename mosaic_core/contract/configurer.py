@@ -8,12 +8,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence, Set
 from contextlib import AbstractContextManager, ExitStack
-from typing import Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin
+from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast, get_args, get_origin
 
 from mosaic_core.contract.declarations import wrong_declaration
 from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
 from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.errors import MosaicError
 
 P = TypeVar("P", bound=Params)
 S = TypeVar("S", bound=AbstractContextManager[Any])
@@ -21,6 +22,15 @@ S = TypeVar("S", bound=AbstractContextManager[Any])
 API_VERSION = 1
 """Version of this contract. A distribution may say ``MOSAIC_API_VERSION = 1`` in the module of its configurer; a
 different number is refused at load, naming the distribution."""
+
+
+class HasParams(AbstractContextManager[Any], Protocol):
+    """A thing that remembers the ``params`` it was made of."""
+
+    params: Any
+
+
+D = TypeVar("D", bound=HasParams)
 
 
 class Shared:
@@ -41,6 +51,19 @@ class Shared:
             self._things[key] = make()
         self._users.setdefault(key, set()).add(user)
         return cast(S, self._things[key])
+
+    def agreed(self, key: str, make: Callable[[], D], params: Params, what: str) -> D:
+        """As :meth:`get`, of a thing that has :attr:`~HasParams.params`: raises :class:`MosaicError`
+        (``config.invalid``) where the connector that asked first said others. ``what``: how errors call it, such as
+        ``the bus can0``."""
+        thing = self.get(key, make)
+        if thing.params != params:
+            said, others = params.model_dump(), thing.params.model_dump()
+            names = ", ".join(name for name, value in said.items() if name not in others or others[name] != value)
+            cure = "Give all its connectors the same params: write them once with an anchor (&it), then *it."
+            message = f"two connectors describe {what} differently: {names}. {cure}"
+            raise MosaicError(message, code="config.invalid", cure=cure)
+        return thing
 
     def of(self, user: str) -> Shared:
         """The same things, as the connector ``user`` gets them."""

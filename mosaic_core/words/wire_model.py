@@ -17,6 +17,9 @@ from mosaic_core.words.plain_text import plain
 PlainText: TypeAlias = Annotated[str, AfterValidator(plain), Field(json_schema_extra={"format": "plain"})]
 """A field of a message that people read. Pages read it alike, by the format in the schema."""
 
+MAX_DEPTH = 32
+"""Nesting beyond this is no measurement, and would make the encoder's recursion a way to stop a connector."""
+
 
 class WireModel(BaseModel):
     """A message of our own protocol: snake_case here, camelCase on the wire, unknown keys ignored."""
@@ -48,6 +51,40 @@ class ConfigModel(BaseModel):
 def to_json(value: Any) -> str:
     """Compact JSON text; raises :class:`ValueError` for NaN and infinities, which JSON does not know."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+
+def parsed_object(data: bytes) -> dict[str, Any]:
+    """The JSON object in ``data``, as :func:`parsed_value` reads it."""
+    value = parsed_value(data)
+    if not isinstance(value, dict):
+        raise ValueError(f"a JSON {type(value).__name__} where an object is expected")
+    return value
+
+
+def parsed_value(data: bytes) -> Any:
+    """The JSON value in ``data``: finite numbers, valid Unicode, bounded depth. Raises :class:`ValueError` that says
+    what is wrong with it."""
+    try:
+        value = json.loads(data)
+    except RecursionError:
+        raise ValueError(f"nested deeper than {MAX_DEPTH}") from None
+    if _is_deeper_than(MAX_DEPTH, value):
+        raise ValueError(f"nested deeper than {MAX_DEPTH}")
+    to_json(value).encode()
+    return value
+
+
+def _is_deeper_than(depth: int, value: Any) -> bool:
+    layer = [value]
+    for _ in range(depth):
+        layer = [inner for outer in layer for inner in _children(outer)]
+    return bool(layer)
+
+
+def _children(value: Any) -> list[Any]:
+    if isinstance(value, dict):
+        return list(value.values())
+    return value if isinstance(value, list) else []
 
 
 def wrong_fields(error: ValidationError) -> str:

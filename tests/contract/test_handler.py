@@ -275,6 +275,31 @@ def test_shared_things_are_made_once_and_closed_in_reverse_order() -> None:
     assert log == ["+a", "+b", "-b", "-a"]
 
 
+class PortParams(Params):
+    port: str
+    baud: int = 9600
+
+
+class Line(Bus):
+    def __init__(self, params: PortParams) -> None:
+        super().__init__([], params.port)
+        self.params = params
+
+
+def test_connectors_that_describe_a_shared_thing_differently_are_told_by_what() -> None:
+    shared = Shared()
+
+    def line(baud: int, port: str = "a") -> Line:
+        params = PortParams(port=port, baud=baud)
+        return shared.of("one").agreed(f"acme:{port}", lambda: Line(params), params, f"the line {port}")
+
+    assert line(9600) is line(9600)
+    assert line(115_200, "b") is not line(9600)
+    with pytest.raises(MosaicError, match="the line a differently: baud") as told:
+        line(19_200)
+    assert told.value.code == "config.invalid"
+
+
 async def test_ticks_that_are_left_early_leave_nothing_to_close() -> None:
     gauge, begun = Gauge("g"), list[Any]()
     gauge.bind(ScriptedHost())

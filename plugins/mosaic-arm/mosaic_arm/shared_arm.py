@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from mosaic_arm.arm import Arm
 from mosaic_arm.arm_joint import joints_of
@@ -14,7 +13,6 @@ from mosaic_arm.pose_file import PoseBook
 from mosaic_arm.servos.bus import ServoBus
 from mosaic_arm.servos.opening import bus_of
 from mosaic_core import Shared
-from mosaic_core.words.errors import MosaicError
 
 
 class KeptArm(Arm):
@@ -46,13 +44,4 @@ def shared_key(params: ArmParams) -> str:
 def shared_arm(params: ArmParams, shared: Shared) -> KeptArm:
     """The arm at ``params.port``, the same for all who ask. Raises :class:`MosaicError` (``config.invalid``) where two
     connectors describe it differently."""
-    arm = shared.get(shared_key(params), lambda: KeptArm(params))
-    if arm.params != params:
-        other: dict[str, Any] = arm.params.model_dump()
-        names = ", ".join(name for name, value in params.model_dump().items() if other[name] != value)
-        cure = "Give all connectors of one arm the same params: write them once with an anchor (&arm), then *arm."
-        raise MosaicError(
-            f"two connectors describe the arm at {params.port} differently: {names}. {cure}",
-            code="config.invalid", cure=cure,
-        )  # fmt: skip
-    return arm
+    return shared.agreed(shared_key(params), lambda: KeptArm(params), params, f"the arm at {params.port}")

@@ -20,7 +20,7 @@ from mosaic_can.listener import CanListener, Wanted
 from mosaic_can.opening import SEND_TIMEOUT_S, OpenBus, opened_bus
 from mosaic_can.params import CanBusParams
 from mosaic_core.contract.configurer import Shared
-from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
+from mosaic_core.words.errors import DeviceGone, Refused
 
 _log = logging.getLogger(__name__)
 
@@ -225,9 +225,5 @@ class KeptCanBus:
 def shared_bus(params: CanBusParams, shared: Shared) -> KeptCanBus:
     """The bus of ``params``, the same for all who ask. Raises :class:`MosaicError` (``config.invalid``) where two
     connectors describe it differently."""
-    bus = shared.get(f"mosaic-can:{params.interface}:{params.channel}", lambda: KeptCanBus(params))
-    if bus.params != params:
-        cure = "Give all connectors of one bus the same params: write them once with an anchor (&can), then *can."
-        message = f"two connectors describe the bus {params.name} differently. {cure}"
-        raise MosaicError(message, code="config.invalid", cure=cure)
-    return bus
+    key = f"mosaic-can:{params.interface}:{params.channel}"
+    return shared.agreed(key, lambda: KeptCanBus(params), params, f"the bus {params.name}")

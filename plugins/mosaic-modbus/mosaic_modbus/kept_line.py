@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Protocol, Self, TypeVar
 
 from mosaic_core.contract.configurer import Shared
-from mosaic_core.words.errors import DeviceGone, MosaicError
+from mosaic_core.words.errors import DeviceGone
 from mosaic_modbus.fake_port import FakeModbusPort
 from mosaic_modbus.params import FAKE, ModbusLineParams
 from mosaic_modbus.plan import Block, Write
@@ -66,6 +66,11 @@ class KeptLine:
     def is_open(self) -> bool:
         return self._port is not None
 
+    @property
+    def waiting(self) -> int:
+        """How many requests wait for their turn."""
+        return self._turns.waiting
+
     def begins_and_ends_with(self, writer: SafeValues) -> None:
         """Make these devices safe when the line is opened, comes back, or is closed."""
         self._writers.append(writer)
@@ -81,10 +86,18 @@ class KeptLine:
                     raise self._silent(device_id, block, error) from error
         raise AssertionError("unreachable")
 
-    def write(self, device_id: int, write: Write, *, urgently: bool = False) -> None:
-        """Write once. Raises :class:`DeviceSaidNo`, :class:`DeviceGone`. Any thread."""
+    def write(
+        self, device_id: int, write: Write, *, urgently: bool = False, check: Callable[[], None] = lambda: None
+    ) -> None:
+        """Write once. ``check`` may refuse when its turn has come: what was urgent went first. Raises
+        :class:`DeviceSaidNo`, :class:`DeviceGone`, and what ``check`` raises. Any thread."""
+
+        def ask(port: ModbusPort) -> None:
+            check()
+            port.write(device_id, write)
+
         try:
-            self._asked(lambda port: port.write(device_id, write), urgently=urgently)
+            self._asked(ask, urgently=urgently)
         except NoAnswer as error:
             raise self._silent(device_id, write, error) from error
 
@@ -196,9 +209,5 @@ class KeptLine:
 def shared_line(params: ModbusLineParams, shared: Shared) -> KeptLine:
     """The line of ``params``, the same for all who ask. Raises :class:`MosaicError` (``config.invalid``) where two
     connectors describe it differently."""
-    line = shared.get(f"mosaic-modbus:{params.source}", lambda: KeptLine(params))
-    if line.params != params:
-        cure = "Give all connectors of one line the same params: write them once with an anchor (&plc), then *plc."
-        message = f"two connectors describe the line {params.source} differently. {cure}"
-        raise MosaicError(message, code="config.invalid", cure=cure)
-    return line
+    key = f"mosaic-modbus:{params.source}"
+    return shared.agreed(key, lambda: KeptLine(params), params, f"the line {params.source}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from mosaic_core.words.errors import DeviceGone, Refused
 from mosaic_modbus.kept_line import KeptLine
@@ -37,10 +37,13 @@ class SafeWriter:
         if self.owes:
             raise Refused("plugin.no_device", f"the safe values have not been written yet: {self._why_owed}")
         times_safe = self._times_safe
-        for write in writes_of(self._fields, self._words(values)):
+
+        def check_order() -> None:
             if self._times_safe != times_safe:
                 raise Refused("safety.stopped", "the device was made safe meanwhile")
-            self._write(write)
+
+        for write in writes_of(self._fields, self._words(values)):
+            self._write(write, check_order)
 
     def _words(self, values: Mapping[str, Value]) -> dict[str, Sequence[int]]:
         try:
@@ -48,9 +51,9 @@ class SafeWriter:
         except ValueError as error:
             raise Refused("safety.out_of_range", str(error)) from error
 
-    def _write(self, write: Write) -> None:
+    def _write(self, write: Write, check: Callable[[], None]) -> None:
         try:
-            self._line.write(self._device_id, write)
+            self._line.write(self._device_id, write, check=check)
         except DeviceGone as error:
             self._owe()
             raise Refused("plugin.no_device", error.message) from error

@@ -12,9 +12,9 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message
 from mosaic_core.machines.timing.pacing import ComplaintPace
+from mosaic_core.words.wire_model import parsed_value
 from mosaic_mqtt.fake_subscription import FakeSubscription
 from mosaic_mqtt.params import FAKE, SubscribeParams
-from mosaic_mqtt.payload import json_value
 from mosaic_mqtt.subscription import BrokerMessage, BrokerSubscription
 
 _log = logging.getLogger(__name__)
@@ -63,7 +63,7 @@ class MqttJson(_MqttSubscriber[MqttMessage]):
 
     def messages(self) -> Iterator[MqttMessage]:
         return self._received(
-            lambda one: MqttMessage(topic=one.topic, retained=one.is_retained, value=json_value(one.payload))
+            lambda one: MqttMessage(topic=one.topic, retained=one.is_retained, value=parsed_value(one.payload))
         )
 
 

@@ -19,7 +19,8 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from mosaic_core.testing import Leaves, Silence, Stopped, build, fake_host, feed
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import ConfigError, DeviceGone, Refused
-from mosaic_mqtt.payload import json_value, payload_of
+from mosaic_core.words.wire_model import parsed_value
+from mosaic_mqtt.payload import payload_of
 from mosaic_mqtt.publish import MqttPublish, MqttPublishConfigurer, MqttPublisherState
 
 if TYPE_CHECKING:
@@ -306,7 +307,7 @@ def test_params_that_cannot_be_meant_are_refused(params: dict[str, Any]) -> None
 def test_a_payload_says_what_the_command_says(value: Any) -> None:
     command = {"key": value}
     try:
-        assert json_value(payload_of(command, "json")) == command
+        assert parsed_value(payload_of(command, "json")) == command
     except (ValueError, UnicodeEncodeError):
         assert isinstance(value, str)  # half a character, which no message of an operator holds
         return

@@ -11,14 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConfigError, DeviceGone
-from mosaic_core.words.wire_model import to_json
-from mosaic_mqtt.payload import json_value
 from mosaic_mqtt.subscribe import MqttBytes, MqttJson, MqttSubscribeConfigurer, MqttText
 
 if TYPE_CHECKING:
@@ -209,16 +205,3 @@ def test_a_made_up_broker_speaks_at_once_and_each_second() -> None:
 def test_params_that_cannot_be_meant_are_refused(params: dict[str, Any]) -> None:
     with pytest.raises(ConfigError):
         build(MqttSubscribeConfigurer, params=params)
-
-
-@given(st.binary(max_size=200) | st.recursive(
-    st.none() | st.booleans() | st.floats() | st.text(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
-    max_leaves=10,
-).map(lambda value: json.dumps(value).encode()))  # fmt: skip
-def test_whatever_is_read_can_be_sent(payload: bytes) -> None:
-    try:
-        value = json_value(payload)
-    except ValueError:
-        return
-    assert to_json(value).encode()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import json
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
@@ -12,11 +11,8 @@ from pydantic import Field, IPvAnyAddress
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Params
-from mosaic_core.words.wire_model import to_json
+from mosaic_core.words.wire_model import parsed_object
 from mosaic_sensors.udp_socket import Address, Datagrams
-
-MAX_DEPTH = 32
-"""Nesting beyond this is no measurement, and would make the encoder's recursion a way to stop the connector."""
 
 
 class UdpJsonParams(Params):
@@ -27,42 +23,6 @@ class UdpJsonParams(Params):
         description="Address to listen on; anything but loopback lets the network feed this sensor.",
     )
     max_bytes: int = Field(default=16_384, ge=2, le=65_507, description="Larger datagrams are refused.")
-
-
-def parsed_object(datagram: bytes) -> dict[str, Any]:
-    """The JSON object in ``datagram``, as :func:`parsed_value` reads it."""
-    value = parsed_value(datagram)
-    if not isinstance(value, dict):
-        raise ValueError(f"a JSON {type(value).__name__} where an object is expected")
-    return value
-
-
-def parsed_value(data: bytes) -> Any:
-    """The JSON value in ``data``. Raises :class:`ValueError` that says what is wrong with it.
-
-    What comes back can be sent: finite numbers, valid Unicode, bounded depth.
-    """
-    try:
-        value = json.loads(data)
-    except RecursionError:
-        raise ValueError(f"nested deeper than {MAX_DEPTH}") from None
-    if _is_deeper_than(MAX_DEPTH, value):
-        raise ValueError(f"nested deeper than {MAX_DEPTH}")
-    to_json(value).encode()
-    return value
-
-
-def _is_deeper_than(depth: int, value: Any) -> bool:
-    layer = [value]
-    for _ in range(depth):
-        layer = [inner for outer in layer for inner in _children(outer)]
-    return bool(layer)
-
-
-def _children(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return list(value.values())
-    return value if isinstance(value, list) else []
 
 
 class UdpJson(DataChannelSendable[Any]):

@@ -8,15 +8,12 @@ import socket
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import mosaic_sensors.udp_socket
 from mosaic_core.testing import FakeHost, build, fake_host
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConfigError, DeviceGone
-from mosaic_core.words.wire_model import to_json
-from mosaic_sensors.udp_json import UdpJson, UdpJsonConfigurer, parsed_object
+from mosaic_sensors.udp_json import UdpJson, UdpJsonConfigurer
 
 
 class SendingHost(FakeHost):
@@ -133,16 +130,3 @@ def test_silence_is_no_reason_to_miss_the_stop(monkeypatch: pytest.MonkeyPatch) 
 def test_params_that_cannot_be_meant_are_refused(params: dict[str, Any]) -> None:
     with pytest.raises(ConfigError):
         build(UdpJsonConfigurer, params=params)
-
-
-@given(st.binary(max_size=200) | st.recursive(
-    st.none() | st.booleans() | st.floats() | st.text(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
-    max_leaves=10,
-).map(lambda value: json.dumps({"value": value}).encode()))  # fmt: skip
-def test_whatever_is_taken_can_be_sent(datagram: bytes) -> None:
-    try:
-        message = parsed_object(datagram)
-    except ValueError:
-        return
-    assert to_json(message).encode()

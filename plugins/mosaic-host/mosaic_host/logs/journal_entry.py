@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from mosaic_core.messages import Log
+from mosaic_core.words.wire_model import parsed_object
 from mosaic_host.logs.log_lines import MAX_NAME, Level, readable
-from mosaic_sensors.udp_json import parsed_object
 
 _LEVELS: tuple[Level, ...] = ("fatal", "fatal", "fatal", "error", "warn", "info", "info", "debug")
 """By the priorities of syslog (RFC 5424, section 6.2.1), 0 to 7."""

@@ -9,7 +9,7 @@ from typing import Any
 import httpx
 
 from mosaic_core.words.errors import DeviceGone
-from mosaic_sensors.udp_json import parsed_value
+from mosaic_core.words.wire_model import parsed_value
 
 
 class JsonPage:

@@ -10,10 +10,10 @@ from pydantic import Field, field_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.words.errors import WireError
+from mosaic_core.words.wire_model import parsed_object
 from mosaic_sensors.laser_scan.compact_form import MAGIC, decoded_scan
 from mosaic_sensors.laser_scan.scan import Scan, scan_of_json
 from mosaic_sensors.laser_scan.sender import LaserScanParams, LaserScanSender
-from mosaic_sensors.udp_json import parsed_object
 from mosaic_sensors.udp_socket import Address, Datagrams, udp_address
 
 

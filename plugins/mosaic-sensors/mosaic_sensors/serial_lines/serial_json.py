@@ -14,12 +14,11 @@ from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSenda
 from mosaic_core.contract.made_message import check_names, with_message
 from mosaic_core.contract.params import Message
 from mosaic_core.words.data_type import Delivery
-from mosaic_core.words.wire_model import to_json
+from mosaic_core.words.wire_model import parsed_object, to_json
 from mosaic_sensors.serial_lines.fake_device import FakeJsonDevice
 from mosaic_sensors.serial_lines.link import SILENCE_S, LineLink
 from mosaic_sensors.serial_lines.params import LineParams
 from mosaic_sensors.serial_lines.reader import LineReader
-from mosaic_sensors.udp_json import parsed_object
 
 MAX_FIELDS = 64
 
