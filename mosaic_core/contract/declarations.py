@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -33,6 +34,27 @@ def check_bodies(cls: type, owners: Mapping[str, str]) -> None:
         if name in vars(cls) and not any(hasattr(base, name) for base in cls.__mro__[1:]):
             message = f"nobody calls its {name}()."
             raise wrong_declaration(cls, message, f"Derive it from {owner}, or give the method another name.")
+
+
+DECLARED = (
+    "at_once", "answer_within_s", "delivery", "handle_data", "handle_sound", "is_for_originals", "item_names",
+    "make_safe", "messages", "motion_fields", "peer_left", "position_fields", "reported_position", "requires_lease",
+    "resource", "takes_observers", "timeout_s",
+)  # fmt: skip
+"""What authors write in the body of a class. Words that others may mean (``frame``, ``limit``) are left out."""
+_ALIKE = 0.85
+
+
+def check_spelling(cls: type) -> None:
+    """Refuse a public name that is almost one of :data:`DECLARED` that this class could have: the framework would not
+    see it."""
+    known = [name for name in DECLARED if hasattr(cls, name)]
+    for name in vars(cls):
+        is_own = name.startswith("_") or name in known or any(hasattr(base, name) for base in cls.__mro__[1:])
+        meant = [] if is_own else get_close_matches(name, known, n=1, cutoff=_ALIKE)
+        if meant and name + "s" != meant[0]:
+            message = f"it has '{name}', which nothing reads; did you mean '{meant[0]}'?"
+            raise wrong_declaration(cls, message, f"Write {meant[0]}, or begin a name of your own with _.")
 
 
 def check_media_delivery(cls: type, delivery: Delivery | DeliveryContract) -> None:

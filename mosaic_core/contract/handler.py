@@ -25,6 +25,7 @@ from mosaic_core.contract.declarations import (
     check_resource,
     check_safe_action,
     check_sent,
+    check_spelling,
     check_timeout,
     check_widget,
 )
@@ -154,6 +155,7 @@ class Handler:
         super().__init_subclass__(**kwargs)
         if cls.__module__ != __name__:
             check_bodies(cls, _BODIES)
+            check_spelling(cls)
             check_delivery(cls, cls.delivery)
             if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
                 check_media_delivery(cls, cls.delivery)

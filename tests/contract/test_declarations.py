@@ -70,6 +70,45 @@ def test_every_body_has_its_base(base: type, name: str, owner: str) -> None:
         type("Misplaced", (base,), {name: lambda self: None, "__module__": __name__})
 
 
+class Tells(DataChannelSendable[Wish]):
+    """Tells a wish."""
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "meant"),
+    [
+        (DataChannelJsonReceivable, "timout_s", "timeout_s"),
+        (DataChannelJsonReceivable, "timeout_ms", "timeout_s"),
+        (DataChannelJsonReceivable, "require_lease", "requires_lease"),
+        (DataChannelJsonReceivable, "handel_data", "handle_data"),
+        (DataChannelJsonReceivable, "make_save", "make_safe"),
+        (DataChannelJsonReceivable, "reports_position", "reported_position"),
+        (Tells, "mesages", "messages"),
+        (MediaTrackHandler, "delivry", "delivery"),
+    ],
+)
+def test_a_name_that_is_almost_one_of_the_contract_is_refused(base: type, name: str, meant: str) -> None:
+    told = declared(base, **{name: 0.5})
+    assert told == (
+        f"it has '{name}', which nothing reads; did you mean '{meant}'? "
+        f"Write {meant}, or begin a name of your own with _."
+    )
+
+
+@pytest.mark.parametrize(
+    ("base", "name"),
+    [
+        (Tells, "message"),
+        (Tells, "timeout_ms"),
+        (DataChannelJsonReceivable, "_timout_s"),
+        (MediaTrackHandler, "frame"),
+        (DataChannelJsonReceivable, "limit"),
+    ],
+)
+def test_names_of_ones_own_are_free(base: type, name: str) -> None:
+    assert type("It", (base,), {name: 0.5, "__module__": __name__}).__name__ == "It"
+
+
 def test_a_mixin_may_bring_a_body_to_its_base() -> None:
     class Talks:
         def messages(self) -> Iterator[Wish]:

@@ -16,7 +16,8 @@ ABSENCE_POLICY = BackoffPolicy(first_s=1.0, max_s=10.0)
 
 @dataclass(frozen=True, slots=True)
 class FailureVerdict:
-    """``delay_s``: seconds until the next try. ``is_news``: nobody was told yet that it fails for this reason."""
+    """``delay_s``: seconds until the next try. ``is_news``: nobody was told yet that it fails for this reason, or it
+    worked for a while since."""
 
     delay_s: float
     is_news: bool
@@ -27,7 +28,10 @@ class FailureCourse:
 
     def __init__(self, errors: BackoffPolicy = ERROR_POLICY, absences: BackoffPolicy = ABSENCE_POLICY) -> None:
         self._backoffs = {False: Backoff(errors), True: Backoff(absences)}
+        self._steady_s = errors.stable_s
         self._told: tuple[bool, str] | None = None
+        self._last: tuple[bool, str] | None = None
+        self._is_relapse = False
 
     @property
     def is_failing(self) -> bool:
@@ -37,10 +41,17 @@ class FailureCourse:
         """``reason``: equal texts are one reason. ``random_unit`` is a random number of [0, 1)."""
         self._backoffs[not is_absence].reset()
         delay_s = self._backoffs[is_absence].failed(ran_for_s, random_unit)
-        before, self._told = self._told, (is_absence, reason)
-        return FailureVerdict(delay_s, before != self._told)
+        now = (is_absence, reason)
+        if self._told != now:
+            self._is_relapse = (
+                not is_absence and self._last == now and not self.is_failing and ran_for_s < self._steady_s
+            )
+        is_news = self._told != now and not self._is_relapse
+        self._told = self._last = now
+        return FailureVerdict(delay_s, is_news)
 
     def alive(self) -> bool:
-        """It works; ``True`` if that is news."""
+        """It works; ``True`` if that is news. After a relapse it is none: what sends once and fails again each time
+        would fill the log."""
         was_failing, self._told = self.is_failing, None
-        return was_failing
+        return was_failing and not self._is_relapse

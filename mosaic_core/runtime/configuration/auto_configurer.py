@@ -23,6 +23,7 @@ from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.folder_problems import folder_problems
 from mosaic_core.runtime.configuration.handler_problems import (
     WithHandlers,
+    body_problems,
     delivery_problems,
     label_problems,
     media_problems,
@@ -135,6 +136,7 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
             continue
         known.append((one, handlers))
         try:
+            problems += body_problems(one, handlers)
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
             problems += request_problems(one, handlers)

@@ -9,8 +9,9 @@ from typing import Any, TypeAlias, TypeVar
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.handler import Handler, MediaTrackHandler
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, MediaTrackHandler
 from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import real_place
@@ -47,6 +48,24 @@ def media_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iter
     )
     cure = "make a connector type of its own for each camera, microphone and loudspeaker; `shared` holds their device"
     yield one.broken(f"{message}: operators would not be told of all", cure=cure)
+
+
+_BODIES: tuple[tuple[type[Handler], str, str], ...] = (
+    (RequestHandler, "answer", "answer(self, question, request)"),
+    (DataChannelReceivable, "handle_data", "handle_data(self, data)"),
+)
+
+
+def body_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """Receivers whose author wrote nothing that takes what operators send."""
+    for handler in handlers:
+        base, name, words = next((its for its in _BODIES if isinstance(handler, its[0])), (None, "", ""))
+        if base is not None and getattr(type(handler), name) is getattr(base, name):
+            message = f"connector '{one.config.label}' of {one.installed.source} takes messages of operators"
+            kind = type(handler).__name__
+            yield one.broken(
+                f"{message}, and {kind} has no {name}: nothing reads them", cure=f"write {words} in {kind}"
+            )
 
 
 def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:

@@ -10,8 +10,13 @@ from mosaic_core.machines.timing.failure_course import ABSENCE_POLICY, ERROR_POL
 GONE, ERROR, ALIVE = "gone", "error", "alive"
 
 
-def fails(course: FailureCourse, reason: str = "why", *, is_absence: bool = False) -> FailureVerdict:
-    return course.failed(reason, is_absence=is_absence, ran_for_s=0.0, random_unit=0.0)
+STEADY_S = ERROR_POLICY.stable_s
+
+
+def fails(
+    course: FailureCourse, reason: str = "why", *, is_absence: bool = False, ran_for_s: float = 0.0
+) -> FailureVerdict:
+    return course.failed(reason, is_absence=is_absence, ran_for_s=ran_for_s, random_unit=0.0)
 
 
 def test_an_absent_device_is_looked_for_every_ten_seconds_at_the_latest() -> None:
@@ -39,6 +44,25 @@ def test_a_reason_is_news_once_until_it_changes_or_the_handler_worked() -> None:
     assert fails(course, "a", is_absence=True).is_news
 
 
+def test_what_works_for_a_moment_and_fails_the_same_way_again_is_told_once() -> None:
+    course = FailureCourse()
+    assert fails(course).is_news
+    assert course.alive(), "it may have been mended"
+    for _ in range(3):
+        assert not fails(course, ran_for_s=0.1).is_news
+        assert not fails(course).is_news
+        assert not course.alive()
+    assert fails(course, "another").is_news
+    assert course.alive()
+
+
+def test_what_worked_for_a_while_and_fails_the_same_way_again_is_news() -> None:
+    course = FailureCourse()
+    for ran_for_s, is_news in ((0.0, True), (STEADY_S - 0.1, False), (STEADY_S, True), (STEADY_S, True)):
+        assert fails(course, ran_for_s=ran_for_s).is_news is is_news
+        assert course.alive() is is_news
+
+
 EVENTS = st.tuples(
     st.sampled_from([GONE, ERROR, ALIVE]), st.sampled_from("ab"), st.floats(0, 100), st.floats(0, 1, exclude_max=True)
 )
@@ -48,15 +72,18 @@ EVENTS = st.tuples(
 def test_whatever_happens_it_is_tried_again_in_time_and_told_once_for_each_change(
     happened: list[tuple[str, str, float, float]],
 ) -> None:
-    course, told = FailureCourse(), None
+    course, told, last, is_relapse = FailureCourse(), None, None, False
     for what, reason, ran_for_s, unit in happened:
         if what == ALIVE:
-            assert course.alive() is (told is not None)
+            assert course.alive() is (told is not None and not is_relapse)
             told = None
         else:
             verdict = course.failed(reason, is_absence=what == GONE, ran_for_s=ran_for_s, random_unit=unit)
             policy = ABSENCE_POLICY if what == GONE else ERROR_POLICY
             assert policy.first_s * (1 - policy.jitter) <= verdict.delay_s <= policy.max_s
-            assert verdict.is_news is (told != (what, reason))
-            told = (what, reason)
+            is_repeated = what == ERROR and last == (what, reason) and ran_for_s < STEADY_S
+            if told != (what, reason):
+                is_relapse = told is None and is_repeated
+            assert verdict.is_news is (told != (what, reason) and not is_relapse)
+            told = last = (what, reason)
         assert course.is_failing is (told is not None)
