@@ -41,7 +41,8 @@ async def results_for(
             connection = await operator.connect(robot_id)
             connected = Result("connect", True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
             looked_at = await _looked_at(connection) if is_yard else []
-            return [connected, *looked_at, *[await told(label, partial(own_works, connection, label)) for label in own]]
+            brought = [await told(label, partial(own_works, connection, label, url)) for label in own]
+            return [connected, *looked_at, *brought]
     except MosaicError as error:
         return [Result("connect", False, f"{error.message} {error.cure}".strip())]
 

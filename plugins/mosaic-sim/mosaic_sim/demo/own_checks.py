@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+
+import httpx
+
 from mosaic_core.operator import RobotConnection
+from mosaic_core.words.catalogue import WidgetModule
 from mosaic_core.words.data_type import Direction, Kind
 from mosaic_sim.demo.checks import CheckFailed, messages_arrive
 
@@ -10,13 +15,15 @@ UNPROVEN = frozenset(("announced", "takes messages", "answers requests"))
 """What is said of a connector that nothing was seen of but its channel."""
 
 
-async def own_works(connection: RobotConnection, label: str) -> str:
-    """What was seen of it: a picture, a message, or that it is open. Raises :class:`CheckFailed`, and
-    :class:`TimeoutError` where nothing arrives."""
+async def own_works(connection: RobotConnection, label: str, url: str) -> str:
+    """What was seen of it: a picture, a message, or that it is open. ``url``: the server's, which serves its widget.
+    Raises :class:`CheckFailed`, and :class:`TimeoutError` where nothing arrives."""
     entries = connection.catalogue.entries if connection.catalogue else ()
     entry = next((one for one in entries if one.label == label), None)
     if entry is None:
         raise CheckFailed("the robot does not announce it")
+    if entry.widget_module is not None:
+        await _widget_is_served(url, entry.widget_module)
     if entry.kind is Kind.VIDEO:
         picture = await connection.media(label).next_image()
         return f"{picture.shape[1]}×{picture.shape[0]}"
@@ -28,3 +35,12 @@ async def own_works(connection: RobotConnection, label: str) -> str:
     store = connection.bidirectional(label) if is_both else connection.sendable(label)
     await store.wait_open(5.0)
     return "answers requests" if entry.answer_schema else "takes messages"
+
+
+async def _widget_is_served(url: str, module: WidgetModule) -> None:
+    """Raises :class:`CheckFailed`."""
+    # trust_env: a proxy named in the environment can't reach our loopback.
+    async with httpx.AsyncClient(base_url=url, trust_env=False, timeout=10.0) as client:
+        answer = await client.get(f"/widgets/{module.sha256}.js")
+    if answer.status_code != httpx.codes.OK or hashlib.sha256(answer.content).hexdigest() != module.sha256:
+        raise CheckFailed(f"the server does not have the widget of {module.distribution} {module.version}")

@@ -56,7 +56,7 @@ class RobotFile:
 
     @property
     def environment(self) -> dict[str, str]:
-        """What the robot's process needs beside what every one has."""
+        """What the robot's process needs beside what every one has, and the server's, which serves its widgets."""
         return {"PYTHONPATH": self.python_path} if self.python_path else {}
 
 
@@ -144,7 +144,7 @@ def _free(label: str, taken: dict[str, str]) -> str:
 
 
 def _python_path(folder: Path, plugins: Sequence[OwnPlugin]) -> str:
-    """Folders for the robot alone: their metadata stands before that of an installed version, as their code does."""
+    """Folders for this demo alone: their metadata stands before that of an installed version, as their code does."""
     for plugin in plugins:
         write_distribution(
             folder, plugin.name, version=plugin.version, modules=plugin.modules, entry_points=plugin.entry_points

@@ -8,7 +8,7 @@ import os
 import socket
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -76,13 +76,14 @@ def seeded(data_dir: Path) -> Seed:
 class DemoServer:
     """The running server; makes sign-in codes and knows whether the robot is there."""
 
-    def __init__(self, data_dir: Path, port: int) -> None:
+    def __init__(self, data_dir: Path, port: int, environment: Mapping[str, str] | None = None) -> None:
+        """``environment``: where it finds the widgets of plugins that are not installed."""
         self._ready_file = data_dir / "ready.json"
         command = mosaic_command(
             "server", "run", "--data-dir", str(data_dir), "--host", HOST, "--port", str(port),
             "--ready-file", str(self._ready_file), "--log-level", "warning",
         )  # fmt: skip
-        self.child = Child("server", command, data_dir / "server.log")
+        self.child = Child("server", command, data_dir / "server.log", environment)
         self.url = ""
         self._token = ""
 

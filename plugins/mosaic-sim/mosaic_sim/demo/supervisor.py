@@ -97,7 +97,7 @@ def running_demo(
         stack.callback(end_all, children)
         config = robot_file(folder, plugins, shown, on_trial=on_trial)
         seed = seeded(folder)
-        server = DemoServer(folder, free_port)
+        server = DemoServer(folder, free_port, config.environment)
         children.append(server.child)
         server.wait_until_listening()
         server.sign_in(seed)
