@@ -41,12 +41,17 @@ DEFAULT_SERVER = "http://127.0.0.1:9001"
 
 
 def command(
-    *, is_person: bool | None = False, has_timeline: bool = False, group: typer.Typer = app
+    *,
+    is_person: bool | None = False,
+    has_timeline: bool = False,
+    interrupted: str = "",
+    group: typer.Typer = app,
 ) -> Callable[[Callable[..., Work]], Callable[..., NoReturn]]:
     """Make a command of a function that returns its work: signing in comes before it, signing off after it.
 
     The account's options stand behind the command's arguments, ``--timeline`` at the end. ``is_person``: somebody
-    decides here, and programs give way to persons; ``None``: if this is a terminal. ``group``: another one than
+    decides here, and programs give way to persons; ``None``: if this is a terminal. ``interrupted``: what Ctrl+C
+    cuts short, which is a failure then. ``group``: another one than
     ``mosaic operator``, such as a plugin's.
     """
 
@@ -70,7 +75,9 @@ def command(
             else:
                 sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
             decides = sys.stdin.isatty() if is_person is None else is_person
-            raise typer.Exit(session.run(sign_in, work, is_person=decides, shows_timeline=timeline))
+            raise typer.Exit(
+                session.run(sign_in, work, is_person=decides, shows_timeline=timeline, interrupted=interrupted)
+            )
 
         own = list(inspect.signature(work_of, eval_str=True).parameters.values())
         *account, by_pairing, timeline, _ = inspect.signature(signed_in, eval_str=True).parameters.values()

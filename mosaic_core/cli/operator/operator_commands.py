@@ -142,7 +142,7 @@ def send(
     return SendAction(robot, label, data, 1 / rate_hz, for_s, as_json, data_type, drive_type)
 
 
-@command(is_person=None, has_timeline=True)
+@command(is_person=None, has_timeline=True, interrupted="the request was taken back: no answer had come")
 def call(
     robot: RobotArgument,
     label: Label,

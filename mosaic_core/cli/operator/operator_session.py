@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mosaic_core.adapters.machine.event_loop import run_event_loop
-from mosaic_core.cli.terminal.error_report import FINE, usage
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.cli.terminal.rich_table import show
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
@@ -84,8 +84,10 @@ def run(
     *,
     is_person: bool = False,
     shows_timeline: bool = False,
+    interrupted: str = "",
 ) -> int:
-    """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look.
+    """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look; where it cuts something short,
+    ``interrupted`` is told, and it is a failure.
 
     ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons. How far a
     connection got that failed is always shown, that of others with ``shows_timeline``.
@@ -102,7 +104,9 @@ def run(
     try:
         return run_event_loop(main())
     except KeyboardInterrupt:
-        return FINE
+        if interrupted:
+            typer.echo(interrupted, err=True)
+        return FAILED if interrupted else FINE
 
 
 def _show_timelines(operator: MosaicOperator, *, shows_all: bool) -> None:

@@ -159,7 +159,8 @@ class SendableStore(MosaicStore):
     ) -> AsyncIterator[None]:
         """Say ``target`` again and again while the block runs, so that the robot does not take silence for a lost
         operator; after the block, its time-out holds it. ``period_s``: a third of that time-out or less. Leave out a
-        target's own duration, which would begin anew each time. Raises as :meth:`send_json`."""
+        target's own duration, which would begin anew each time. Raises as :meth:`send_json`, when the block ends for
+        what was said in between."""
         self.send_json(target)
         saying = asyncio.create_task(self._say(target, period_s))
         try:
@@ -167,6 +168,8 @@ class SendableStore(MosaicStore):
         finally:
             saying.cancel()
             await asyncio.wait([saying])
+        if not saying.cancelled():
+            saying.result()
 
     async def _say(self, target: BaseModel | Mapping[str, Any] | list[Any], period_s: float) -> None:
         while True:

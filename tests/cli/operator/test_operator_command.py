@@ -10,11 +10,12 @@ import select
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Coroutine
+from typing import Any, NoReturn
 
 import pytest
 
+from mosaic_core.cli.operator import operator_session
 from mosaic_core.operator import LeaseDenied, MosaicOperator
 from mosaic_server.roles import Role
 from mosaic_server.storage.accounts import Membership, add_account
@@ -269,3 +270,17 @@ class TestWithARobot:
         done = operator("robots", MOSAIC_PASSWORD="wrong")  # noqa: S106
         assert done.returncode == 1
         assert "code: auth.failed" in done.stderr
+
+
+@pytest.mark.parametrize(("interrupted", "code"), [("", 0), ("no answer had come", 1)])
+def test_ctrl_c_ends_a_look_and_cuts_a_question_short(
+    interrupted: str, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def ended(work: Coroutine[Any, Any, int]) -> NoReturn:
+        work.close()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(operator_session, "run_event_loop", ended)
+    asked: Any = None  # nobody signs in any more
+    assert operator_session.run(asked, asked, interrupted=interrupted) == code
+    assert capsys.readouterr().err.strip() == interrupted

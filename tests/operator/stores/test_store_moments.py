@@ -179,6 +179,20 @@ async def test_a_target_is_said_while_the_block_runs_and_no_longer() -> None:
     assert set(said) == {b'{"position":0.5}'}
 
 
+async def test_what_becomes_no_json_while_it_is_held_is_told_at_the_end() -> None:
+    store = SendableStore(RobotConnector("r", "joints", MosaicDataType.JSON_U2R))
+    target = {"position": 0.5}
+
+    async def spoiled() -> None:
+        async with store.held(target, period_s=0):
+            target["position"] = float("nan")
+            for _ in range(3):
+                await asyncio.sleep(0)
+
+    with pytest.raises(ValueError, match="JSON"):
+        await spoiled()
+
+
 async def test_what_is_no_json_is_not_held() -> None:
     store = SendableStore(RobotConnector("r", "joints", MosaicDataType.JSON_U2R))
     with pytest.raises(ValueError, match="JSON"):
