@@ -150,8 +150,9 @@ def _zero_problems(one: CheckedConnector, effective: ReceiverSafety, *, has_fiel
 def _rate_problems(
     one: CheckedConnector, handler: DataChannelReceivable[Any], effective: ReceiverSafety
 ) -> Iterator[Problem]:
-    """A limited rate must begin somewhere."""
+    """A limited rate must begin somewhere, and what is reported must be the place of something."""
     if reports_position(handler):
+        yield from _unasked_reports(one, handler, effective)
         return
     for limit in effective.limits:
         if limit.max_rate_per_s is None:
@@ -160,6 +161,24 @@ def _rate_problems(
         message = f"connector '{one.config.label}' does not report where '{name}' is, so a rate can't begin anywhere"
         cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
         yield _limit_problem(one, message, name, "max_rate_per_s", cure=cure)
+
+
+def _unasked_reports(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], effective: ReceiverSafety
+) -> Iterator[Problem]:
+    """Limits of velocities alone, though it says where something is: nobody would ask it, and after a safe action what
+    is a place would begin at 0."""
+    if effective.position_fields:
+        return
+    for limit in effective.limits:
+        name = " and ".join(limit.fields)
+        message = (
+            f"connector '{one.config.label}' reports positions, and '{name}' is limited as a velocity: a rate would "
+            "begin at 0 instead of where it is"
+        )
+        kind = type(handler).__name__
+        cure = f"write `kind: position` and max_rate_per_s, name it in position_fields of {kind}, or drop its report"
+        yield _limit_problem(one, message, name, cure=cure)
 
 
 def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], fields: set[str]) -> Iterator[Problem]:

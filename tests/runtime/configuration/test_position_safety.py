@@ -164,3 +164,34 @@ def test_the_file_may_call_a_field_a_position_of_which_the_connector_says_nothin
     it = ReceiverSafety.of(SafetyConfig.model_validate(field("effort", kind="position", min=5)), Plain("p"))
     assert it.position_fields == ("effort",)
     assert it.curves == NO_SLOW_DOWN, "as for velocities, only the connector's own fields switch it on"
+
+
+class Unsaid(DataChannelReceivable[Wish]):
+    """Says where it is, and not that this is a position."""
+
+    motion_fields: ClassVar[tuple[str, ...]] = ()
+
+    def handle_data(self, data: Wish) -> None:
+        """Takes everything."""
+
+    def reported_position(self, field: str) -> float | None:
+        return 60.0
+
+
+class UnsaidConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "unsaid"
+
+    def configure(self) -> Unsaid:
+        return Unsaid(self.label)
+
+
+def test_whoever_reports_positions_must_say_which_before_a_rate_is_limited() -> None:
+    (problem,) = problems_of(UnsaidConfigurer, field("angle", max_rise_per_s=90, max_fall_per_s=90))
+    assert "reports positions, and 'angle' is limited as a velocity: a rate would begin at 0" in problem.message
+    assert problem.cure.startswith("write `kind: position` and max_rate_per_s, name it in position_fields of Unsaid")
+
+
+async def test_a_reported_position_that_the_file_names_is_one() -> None:
+    safety = field("angle", kind="position", max_rate_per_s=90)
+    async with joined(connector(UnsaidConfigurer, label="a", safety=safety)) as link:
+        assert link.configured.connectors[0].handlers
