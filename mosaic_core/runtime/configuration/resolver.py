@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from mosaic_core.contract.configurer import Configurer
 
 GROUP = "mosaic.connectors"
+MANY_TYPES = 20
+"""More are no help in an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,9 +117,11 @@ class ConnectorResolver:
 
     def _cure(self, connector_type: str) -> str:
         guess = nearest(connector_type, self._by_type)
-        installed = ", ".join(sorted(self._by_type)) or "none"
         meant = f"did you mean '{guess}'? " if guess else ""
-        return f"{meant}Installed: {installed}"
+        if len(self._by_type) > MANY_TYPES:
+            every = f"`mosaic connectors list` shows all {len(self._by_type)}"
+            return f"{meant}{every}; a plugin of your own is among them once it is installed: pip install -e FOLDER"
+        return f"{meant}Installed: {', '.join(sorted(self._by_type)) or 'none'}"
 
 
 Identity: TypeAlias = tuple[str | None, str | None]

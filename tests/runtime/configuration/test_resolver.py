@@ -8,7 +8,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver, nearest
+from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, nearest
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 from mosaic_core.words.errors import MosaicError, PluginError
 
@@ -56,6 +56,17 @@ def test_a_type_like_no_other_gets_the_list_only(acme: ConnectorResolver) -> Non
     with pytest.raises(MosaicError) as caught:
         ConnectorResolver([]).resolve("zzz")
     assert caught.value.cure == "Installed: none"
+
+
+@pytest.mark.parametrize(("word", "meant"), [("type-111", "did you mean 'type-11'? "), ("zzz", "")])
+def test_of_many_types_the_nearest_is_told_and_where_the_others_are(word: str, meant: str) -> None:
+    many = ConnectorResolver([EntryPoint(f"type-{number}", "acme:Type", GROUP) for number in range(21)])
+    with pytest.raises(MosaicError) as caught:
+        many.resolve(word)
+    assert caught.value.cure == (
+        f"{meant}`mosaic connectors list` shows all 21; a plugin of your own is among them once it is installed: "
+        "pip install -e FOLDER"
+    )
 
 
 def test_two_distributions_with_one_type_are_both_named(install_distribution: InstallDistribution) -> None:
