@@ -32,7 +32,7 @@ class ArmPoseNames(DataChannelSendable[PoseNames]):
     def messages(self) -> Iterator[PoseNames]:
         told: list[str] | None = None
         for _ in self.every(PERIOD_S):
-            names = sorted({name for book in self._arm.pose_books for name in book.names()})
+            names = sorted({name for book in tuple(self._arm.pose_books.values()) for name in book.names()})
             if names != told:
                 told = names
                 yield PoseNames(names=names)

@@ -157,5 +157,5 @@ class ArmPosesConfigurer(DataChannelConfigurer[PoseParams]):
                 cure = f"There are: {', '.join(arm.joints)}."
                 message = f"the pose '{name}' names the joint '{strange[0]}', which this arm does not have. {cure}"
                 raise MosaicError(message, code="config.invalid", cure=cure)
-        arm.pose_books.append(book)
+        arm.pose_books[self.label] = book
         return ArmPoses(self.label, arm, book)

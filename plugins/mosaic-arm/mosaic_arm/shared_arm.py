@@ -32,8 +32,8 @@ class KeptArm(Arm):
             is_free=params.starts_free, gripper=params.gripper,
         )  # fmt: skip
         self.params = params
-        self.pose_books: list[PoseBook] = []
-        """Of its connectors that go to poses; complete before anything runs."""
+        self.pose_books: dict[str, PoseBook] = {}
+        """Of its connectors that go to poses, by label; complete before anything runs."""
 
 
 def shared_key(params: ArmParams) -> str:

@@ -238,6 +238,13 @@ def test_whoever_looks_is_told_which_poses_there_are(on_clock: ArmOnClock, tmp_p
     assert [one.names for one in collect(names, 1)] == [["here", "rest"]]
 
 
+def test_poses_that_were_described_anew_are_told_without_those_before(on_clock: ArmOnClock) -> None:
+    names = on_clock.build(ArmPoseNamesConfigurer)
+    for poses in (REST, {"folded": REST["rest"]}):
+        on_clock.build(ArmPosesConfigurer, poses=poses)
+    assert [one.names for one in collect(names, 1)] == [["folded"]]
+
+
 @pytest.mark.parametrize(
     ("question", "code"),
     [

@@ -15,9 +15,8 @@ from mosaic_mujoco.world.facts import ActuatorFact, JointFact, Span
 from mosaic_mujoco.world.model_file import facts_of_file
 from mosaic_mujoco.world.simulation import Simulation
 
-TIMEOUT_S = 5.0
-"""A joint that was told to go somewhere is on its way for some seconds, and needs no further word. The loss of the link
-and a stop act at once, whatever stands here."""
+TIMEOUT_S = 0.3
+"""Silence after which it stays, as a real arm does. A page says its target again until the joint is there."""
 
 
 class MujocoJointTargetParams(MujocoParams):
