@@ -166,11 +166,13 @@ def _rate_problems(
 def _unasked_reports(
     one: CheckedConnector, handler: DataChannelReceivable[Any], effective: ReceiverSafety
 ) -> Iterator[Problem]:
-    """Limits of velocities alone, though it says where something is: nobody would ask it, and after a safe action what
+    """Rates of velocities alone, though it says where something is: nobody would ask it, and after a safe action what
     is a place would begin at 0."""
     if effective.position_fields:
         return
     for limit in effective.limits:
+        if limit.max_rise_per_s is None and limit.max_fall_per_s is None:
+            continue
         name = " and ".join(limit.fields)
         message = (
             f"connector '{one.config.label}' reports positions, and '{name}' is limited as a velocity: a rate would "

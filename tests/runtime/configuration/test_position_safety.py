@@ -191,7 +191,10 @@ def test_whoever_reports_positions_must_say_which_before_a_rate_is_limited() -> 
     assert problem.cure.startswith("write `kind: position` and max_rate_per_s, name it in position_fields of Unsaid")
 
 
-async def test_a_reported_position_that_the_file_names_is_one() -> None:
-    safety = field("angle", kind="position", max_rate_per_s=90)
+@pytest.mark.parametrize("bounds", [{"kind": "position", "max_rate_per_s": 90}, {"max": 90}])
+async def test_a_reported_position_is_no_mistake_where_the_file_calls_it_one_or_limits_no_rate(
+    bounds: dict[str, Any],
+) -> None:
+    safety = field("angle", **bounds)
     async with joined(connector(UnsaidConfigurer, label="a", safety=safety)) as link:
         assert link.configured.connectors[0].handlers
