@@ -309,6 +309,15 @@ def test_a_broken_plugin_is_listed_and_only_its_use_is_an_error(
     assert "Traceback" not in shown.err
 
 
+def test_a_plugin_that_names_a_module_alone_is_listed_beside_the_others(
+    mosaic: Mosaic, install_distribution: InstallDistribution
+) -> None:
+    points = {"mosaic.connectors": {"alone": "acme_alone"}}
+    install_distribution("acme-alone", entry_points=points, modules={"acme_alone": "class Alone: ..."})
+    listed = mosaic("connectors", "list")
+    assert (listed.code, "acme-alone" in listed.out, "cmd-vel" in listed.out) == (0, True, True)
+
+
 GAUGE_POINT = {"mosaic.connectors": {"gauge": "acme_gauge:GaugeConfigurer"}}
 GAUGE = '''
 from typing import Literal

@@ -134,14 +134,13 @@ def _print_params(heading: str, rows: Iterable[Row]) -> None:
 
 def first_docstring_line(entry_point: EntryPoint, source: Path | None = None) -> str:
     """What the class says of itself; empty where the source can't be found or read. ``source``: its file, if known."""
-    source = source or _source_of(entry_point.module)
-    if source is None:
+    source, name = source or _source_of(entry_point.module), entry_point.attr
+    if source is None or not name:  # of a broken plugin, which names a module alone
         return ""
     try:
         text = source.read_text("utf-8")
     except (OSError, ValueError):
         return ""
-    name = entry_point.attr
     return _first_line(_class_of(text, name), name) or _first_line(text, name)
 
 

@@ -167,6 +167,12 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
         return broken(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
+    unnamed = next(
+        (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
+    )
+    if unnamed is not None:
+        how = f"call super().__init__(label) with a text in {unnamed.__name__}.__init__"
+        return broken(f"its handler has no label: {how}{standing_at(unnamed)}")
     bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
     if bad:
         return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")

@@ -80,6 +80,33 @@ def test_a_connector_may_have_several_channels(configured: Callable[..., Configu
     assert len(connector.handlers) == 2
 
 
+@pytest.mark.parametrize("init", ["pass", "super().__init__(None)", "super().__init__(5)"])
+def test_a_handler_without_a_label_is_told_beside_the_other_mistakes(
+    init: str, install_distribution: InstallDistribution, write: Write, robot_yaml: RobotYaml
+) -> None:
+    module = f"""from mosaic_core import DataChannelConfigurer, DataChannelSendable, NoParams
+
+class Mute(DataChannelSendable[str]):
+    def __init__(self) -> None:
+        {init}
+
+class MuteConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "mute"
+
+    def configure(self) -> Mute:
+        return Mute()
+"""
+    points = {"mosaic.connectors": {"mute": "acme_mute:MuteConfigurer"}}
+    install_distribution("acme-mute", entry_points=points, modules={"acme_mute": module})
+    config = write(robot_yaml("[{type: mute, label: a}, {type: mute, label: b}]"))
+    with pytest.raises(ConfigError) as caught:
+        AutoConfigurer(plugins=hook_plugins([])).from_file(config, environ={})
+    assert len(caught.value.problems) == 2
+    for problem in caught.value.problems:
+        assert "its handler has no label: call super().__init__(label)" in problem.message
+        assert re.search(r"acme_mute\.py:3\)$", problem.message)
+
+
 def test_channel_names_are_unique_beyond_labels(mistakes: Callable[[str], tuple[Problem, ...]]) -> None:
     (problem,) = mistakes("\n  - {type: pair, label: link}\n  - {type: gauge, label: link-sender}")
     assert problem.code == "config.duplicate_label"
