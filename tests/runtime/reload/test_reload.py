@@ -66,10 +66,10 @@ class Wheel(DataChannelReceivable[Turn]):
     code = "old"
 
     def handle_data(self, data):
-        print(f"{self.code} turns {data.speed_mps}", flush=True)
+        print(f"{self.code} turns {data.speed_mps}\\n", end="", flush=True)  # whole lines: print writes the end apart
 
     def make_safe(self, cause):
-        print(f"{self.code} safe {cause}", flush=True)
+        print(f"{self.code} safe {cause}\\n", end="", flush=True)
 
 class WheelConfigurer(DataChannelConfigurer[NoParams]):
     connector_type = "wheel"
