@@ -18,9 +18,11 @@ from release.sizes import BUDGETS, too_large
 RULES = Rules(
     frozenset({"MIT", "ISC"}),
     {"License :: MIT": "MIT"},
+    {"silent": {"licence": "GPL-3.0-only OR MIT", "where": "its LICENSE"}},
     {"font": {"licence": "OFL-1.1", "reason": "a font"}},
     {},
 )
+SILENT = {"name": "silent"}
 FONT = {"name": "font", "licenses": [{"license": {"id": "OFL-1.1"}}]}
 
 
@@ -47,24 +49,34 @@ def test_an_expression_is_allowed_where_one_choice_is_wholly(expression: str, an
 
 
 def test_a_licence_that_is_not_on_the_list_is_told() -> None:
-    assert list(wrong([FONT, component("AGPL-3.0-only")], RULES)) == [
+    assert list(wrong([SILENT, FONT, component("AGPL-3.0-only")], RULES)) == [
         "one is under AGPL-3.0-only, which is not allowed"
     ]
-    assert list(wrong([FONT, {"name": "one"}], RULES)) == ["one names no licence"]
+    assert list(wrong([SILENT, FONT, {"name": "one"}], RULES)) == ["one names no licence"]
 
 
 def test_each_of_two_named_licences_must_be_allowed_and_other_names_are_understood() -> None:
     classifier = {"name": "one", "licenses": [{"license": {"id": "MIT"}}, {"license": {"name": "License :: MIT"}}]}
-    assert list(wrong([FONT, classifier], RULES)) == []
-    assert list(wrong([FONT, component("MIT", "GPL-2.0-only")], RULES))
+    assert list(wrong([SILENT, FONT, classifier], RULES)) == []
+    assert list(wrong([SILENT, FONT, component("MIT", "GPL-2.0-only")], RULES))
 
 
 def test_an_exception_holds_for_its_package_and_licence_alone_and_goes_when_it_is_not_needed() -> None:
-    assert list(wrong([FONT], RULES)) == []
-    assert list(wrong([FONT, component("OFL-1.1")], RULES)) == ["one is under OFL-1.1, which is not allowed"]
-    assert list(wrong([component("GPL-2.0-only", name="font")], RULES))
-    assert list(wrong([component("MIT", name="font")], RULES)) == ["font is now under MIT: take its exception away"]
-    assert list(wrong([], RULES)) == ["font has an exception and is not there any more"]
+    assert list(wrong([SILENT, FONT], RULES)) == []
+    assert list(wrong([SILENT, FONT, component("OFL-1.1")], RULES)) == ["one is under OFL-1.1, which is not allowed"]
+    assert list(wrong([SILENT, component("GPL-2.0-only", name="font")], RULES))
+    assert list(wrong([SILENT, component("MIT", name="font")], RULES)) == [
+        "font is now under MIT: take its exception away"
+    ]
+    assert list(wrong([SILENT], RULES)) == ["font has an exception and is not there any more"]
+
+
+def test_a_licence_that_was_found_in_the_files_of_a_package_stands_for_what_it_does_not_say() -> None:
+    assert list(wrong([FONT], RULES)) == ["silent has a licence found for it and is not there any more"]
+    assert list(wrong([FONT, component("GPL-3.0-only", "MIT", name="silent")], RULES)) == []
+    assert list(wrong([FONT, component("MIT", name="silent")], RULES)) == [
+        "silent now names MIT itself: take away what was found"
+    ]
 
 
 def test_our_react_is_not_facebooks() -> None:
@@ -75,6 +87,7 @@ def test_our_react_is_not_facebooks() -> None:
 def test_every_exception_of_ours_has_its_reason() -> None:
     rules = Rules.read()
     assert all(exception["reason"] for exception in rules.exceptions.values())
+    assert all(found["where"] for found in rules.found.values())
     assert "x264" in rules.inside["av"]
 
 
