@@ -16,7 +16,7 @@ from mosaic_core.testing import FakeClock, FakeHost, fake_host
 from mosaic_ros2.bus.bus import HeardEndpoint
 from mosaic_ros2.bus.qos import LATCHED, RELIABLE, SENSOR, QosProfile, fitting, misfits
 from mosaic_ros2.connectors.topic import Ros2TopicParams, RosTopic, topic_class
-from mosaic_ros2.conversion.from_ros import CONVERSIONS
+from mosaic_ros2.conversion.conversions import CONVERSIONS
 
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 PUBLISHER = HeardEndpoint("/heat", TEMPERATURE, "publisher", SENSOR)

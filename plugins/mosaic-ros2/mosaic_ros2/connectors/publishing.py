@@ -14,7 +14,8 @@ from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.safety import BASE_TIMEOUT_S
 from mosaic_ros2.conversion.json_form import fields_of
-from mosaic_ros2.conversion.to_ros import header, ros_twist
+from mosaic_ros2.conversion.parts import Origin, ros_twist
+from mosaic_ros2.conversion.places import twist_stamped
 
 T = TypeVar("T")
 
@@ -72,7 +73,7 @@ class TwistPublisher(RosPublisher[Twist]):
     def fields(self, data: Twist) -> Mapping[str, Any]:
         if self._frame_id is None:
             return ros_twist(data)
-        return {"header": header(self._frame_id), "twist": ros_twist(data)}
+        return twist_stamped(data, Origin.now(self._frame_id))
 
     def safe_fields(self) -> Mapping[str, Any]:
         return self.fields(STANDSTILL)
