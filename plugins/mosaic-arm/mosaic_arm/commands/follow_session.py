@@ -122,7 +122,7 @@ class _Lead:
 
     def _refused(self, refusal: Refusal) -> None:
         self._refusals += refusal.count or 1
-        self._last_refusal = refusal.code
+        self._last_refusal = f"{refusal.code}: {refusal.message}" if refusal.message else refusal.code
 
     async def _send(self) -> None:
         """Raises :class:`DeviceGone` when the leader's bus is lost: the follower's time-out then holds it."""
