@@ -31,7 +31,12 @@ def test_what_hangs_is_named_with_the_line_of_its_author(
     done = threading.Event()
     monkeypatch.setattr(slow_code, "PATIENCE_S", 0.01)
     caplog.set_level(logging.WARNING, slow_code.__name__)
-    monkeypatch.setattr(slow_code.logger, "warning", lambda *words: (logging.warning(*words), done.set()))
+
+    def warned(*words: object) -> None:
+        logging.getLogger().warning(*words)
+        done.set()
+
+    monkeypatch.setattr(slow_code.logger, "warning", warned)
     with slow_code.told_when_slow("the import of 'x'"):
         loaded(tmp_path / "slow.py", HANGS)["wait"](done)
     (told,) = [one.getMessage() for one in caplog.records]
