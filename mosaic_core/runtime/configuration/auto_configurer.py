@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import pluggy
@@ -31,14 +32,17 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
-from mosaic_core.runtime.configuration.plugin_loading import explained_error, standing_at
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
+from mosaic_core.runtime.threads.code_places import explained_error, standing_at
+from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
 
 Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
+Kept: TypeAlias = tuple[CheckedConnector, Connector]
+_NONE: Mapping[str, Connector] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,16 +91,20 @@ class AutoConfigurer:
         """Configure from a configuration made in Python. Raises :class:`ConfigError`."""
         return self.configure(check_config(config, resolver=self.resolver))
 
-    def configure(self, checked: CheckedConfig) -> Configured:
-        """The steps after reading. Raises :class:`ConfigError` naming connector and distribution."""
+    def configure(self, checked: CheckedConfig, *, running: Mapping[str, Connector] = _NONE) -> Configured:
+        """The steps after reading. Raises :class:`ConfigError` naming connector and distribution. ``running``: by
+        label, connectors that are made already and stay the objects that they are."""
         problems: list[Problem] = []
-        made = self._configurers(checked.connectors, problems)
+        kept = [(one, running[one.config.label]) for one in checked.connectors if one.config.label in running]
+        made = self._configurers([one for one in checked.connectors if one.config.label not in running], problems)
         if not problems:
             configurers = [configurer for _, configurer in made]
             call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=configurers)
-        connectors = _connectors(made, problems)
+        connectors = _connectors(made, problems, kept)
         if problems:
             raise ConfigError(problems)
+        place = {one.config.label: number for number, one in enumerate(checked.connectors)}
+        connectors.sort(key=lambda connector: place[connector.config.label])
         every = [handler for connector in connectors for handler in connector.handlers]
         call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
         return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
@@ -127,15 +135,15 @@ class AutoConfigurer:
         return made
 
 
-def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector]:
-    connectors: list[Connector] = []
-    known: list[WithHandlers] = []
+def _connectors(made: Sequence[Made], problems: list[Problem], kept: Sequence[Kept] = ()) -> list[Connector]:
+    connectors = [connector for _, connector in kept]
+    known: list[WithHandlers] = [(one, connector.handlers) for one, connector in kept]
     for one, configurer in made:
-        handlers = _handlers(one, configurer, problems)
-        if not handlers:
-            continue
-        known.append((one, handlers))
         try:
+            handlers = _handlers(one, configurer, problems)
+            if not handlers:
+                continue
+            known.append((one, handlers))
             problems += body_problems(one, handlers)
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
@@ -145,9 +153,12 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - what a handler says of itself may be a property
+            problems.append(_broken(one, explained_error(error)))
+    every = [one for one, _ in (*kept, *made)]
     problems += label_problems(known)
-    problems += folder_problems([one for one, _ in made])
-    problems += _taken_channels(connectors, {one.config.label: one for one, _ in made})
+    problems += folder_problems(every)
+    problems += _taken_channels(connectors, {one.config.label: one for one in every})
     return connectors
 
 
@@ -161,7 +172,8 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
         return ()
 
     try:
-        made = configurer.configure()
+        with told_when_slow(f"configure() of connector '{one.config.label}' of {one.installed.source}"):
+            made = configurer.configure()
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
         return broken(explained_error(error))
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import sys
 from collections.abc import Callable
 from importlib.metadata import EntryPoint
-from pathlib import Path
-from traceback import extract_tb
 from typing import Any
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
+from mosaic_core.runtime.threads.code_places import explained_error, standing_at
+from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.errors import PluginError
-
-_CORE = str(Path(__file__).parents[2])
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
@@ -30,7 +27,8 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     try:  # an import may fail in any way, even by sys.exit()
         if local is not None:
             local.prepare()
-        loaded = entry_point.load()
+        with told_when_slow(f"the import of connector type '{entry_point.name}' of {source}"):
+            loaded = entry_point.load()
     except (Exception, SystemExit) as error:
         explained = explained_error(error) if local is None else local.explained(error)
         raise broken(explained) from error
@@ -56,33 +54,6 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Calla
     model: object = loaded.params_model
     if not (isinstance(model, type) and issubclass(model, Params)):
         raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params{at}")
-
-
-def explained_error(error: BaseException) -> str:
-    """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
-    place = _place_of(error)
-    return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
-
-
-def _place_of(error: BaseException) -> str:
-    """The innermost line that is neither the framework's nor the import system's."""
-    if isinstance(error, SyntaxError) and error.filename:
-        return f"{error.filename}:{error.lineno}"
-    frames = [
-        frame
-        for frame in extract_tb(error.__traceback__)
-        if not frame.filename.startswith(("<frozen", _CORE)) and Path(frame.filename).parent.name != "importlib"
-    ]
-    inner = next((one for one in reversed(frames) if "importlib" not in Path(one.filename).parts), None)
-    return f"{inner.filename}:{inner.lineno}" if inner is not None else ""
-
-
-def standing_at(thing: object) -> str:
-    """`` (FILE:LINE)`` of a class or function; nothing where its source can't be found."""
-    try:
-        return f" ({inspect.getsourcefile(thing)}:{inspect.getsourcelines(thing)[1]})"  # type: ignore[arg-type]
-    except (OSError, TypeError):
-        return ""
 
 
 def api_version(configurer: type) -> object:
