@@ -48,8 +48,8 @@ class Conversion:
     """How a type of ROS and a standard message become each other.
 
     ``fields``: towards ROS; ``None``: the message says too little. ``frame_id``: the frame that is meant where a
-    message names none. ``key``: what is thinned by itself, a frame or a part of the robot; ``None``: the whole topic. Of events
-    none is left out.
+    message names none. ``key``: what is thinned by itself, a frame or a part of the robot; ``None``: the whole
+    topic. Of events none is left out.
     """
 
     message: type[StandardMessage]
