@@ -14,11 +14,13 @@ from mosaic_core.messages import (
     GpsFix,
     Imu,
     JointState,
+    Joy,
     LaserScan,
     LinearAcceleration,
     Range,
     Temperature,
 )
+from mosaic_core.messages.sensors import MAX_AXES, MAX_BUTTONS
 from mosaic_ros2.conversion.parts import Ros, finite, headed, quaternion
 
 _CHARGING = {1: True, 2: False, 3: False, 4: False}
@@ -59,6 +61,12 @@ def distance(message: Ros) -> Iterable[Range]:
         radiation=_RADIATION[radiation] if radiation < len(_RADIATION) else None,
         **headed(message),
     )
+
+
+def stick(message: Ros) -> Iterable[Joy]:
+    """How a joystick stands; what more axes and buttons it says than there may be is left out."""
+    axes = np.round(np.nan_to_num(message["axes"][:MAX_AXES].astype(np.float64)), 4)
+    yield Joy(axes=axes.tolist(), buttons=message["buttons"][:MAX_BUTTONS].tolist(), **headed(message))
 
 
 def temperature(message: Ros) -> Iterable[Temperature]:
