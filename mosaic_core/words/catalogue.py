@@ -27,6 +27,7 @@ WIDGET_HINTS = (
     "imu",
     "joint-command",
     "joints",
+    "joystick",
     "json-sender",
     "laser-scan",
     "map",

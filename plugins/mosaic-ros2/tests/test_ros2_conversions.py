@@ -101,6 +101,13 @@ def test_a_range_without_a_return_is_null() -> None:
     assert (found["range"], found["radiation"]) == (None, "infrared")
 
 
+def test_a_stick_is_one_with_what_is_no_number_let_go_and_no_more_axes_than_there_may_be() -> None:
+    message = {"header": HEADER, "axes": [0.5, NAN, *[1.0] * 100], "buttons": [0, 1]}
+    (found,) = converted("sensor_msgs/msg/Joy", message)
+    assert (found["axes"][:3], len(found["axes"]), found["buttons"]) == ([0.5, 0.0, 1.0], 64, [0, 1])
+    assert found["frame_id"] == "laser"
+
+
 def test_maps_ways_and_odometry_keep_their_frames() -> None:
     info = {"resolution": 0.5, "width": 2, "height": 1, "origin": {"orientation": {"w": 1.0}}}
     (grid,) = converted("nav_msgs/msg/OccupancyGrid", {"header": HEADER, "info": info, "data": [-1, 100]})

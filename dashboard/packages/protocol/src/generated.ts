@@ -1035,7 +1035,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'stopRight': 1,
 }
 /** Every hint that a widget of the dashboard answers to; its registry is tested against this. */
-export const WIDGET_HINTS = ['audio', 'battery', 'bytes', 'connection-check', 'diagnostics', 'drive-pad', 'gps', 'gps-position', 'gripper-command', 'imu', 'joint-command', 'joints', 'json-sender', 'laser-scan', 'map', 'message-log', 'point-cloud', 'pose-trail', 'push-to-talk', 'raw-json', 'recorder', 'request', 'text-log', 'time-plot', 'value-cards', 'video'] as const
+export const WIDGET_HINTS = ['audio', 'battery', 'bytes', 'connection-check', 'diagnostics', 'drive-pad', 'gps', 'gps-position', 'gripper-command', 'imu', 'joint-command', 'joints', 'joystick', 'json-sender', 'laser-scan', 'map', 'message-log', 'point-cloud', 'pose-trail', 'push-to-talk', 'raw-json', 'recorder', 'request', 'text-log', 'time-plot', 'value-cards', 'video'] as const
 /** A moment of a connection's set-up. */
 export type Moment = 'asked' | 'granted' | 'offered' | 'answered' | 'candidate' | 'ice' | 'dtls' | 'control' | 'hello' | 'catalogue' | 'value' | 'frame'
 /** The moments as the operator sees them. The robot's are the same seen from its side: the offer arrives, the answer leaves. */

@@ -13,11 +13,13 @@ from mosaic_core.messages import (
     BatteryState,
     GpsFix,
     Imu,
+    Joy,
     LaserScan,
     LinearAcceleration,
     Range,
     Temperature,
 )
+from mosaic_core.messages.sensors import MAX_AXES, MAX_BUTTONS
 from mosaic_ros2.conversion.parts import (
     Origin,
     Ros,
@@ -104,6 +106,17 @@ def distance_fields(message: Range, origin: Origin) -> Ros:
         "max_range": message.range_max,
         "range": math.inf if message.range is None else message.range,
     }
+
+
+def stick(message: Ros) -> Iterable[Joy]:
+    """How a joystick stands; what more axes and buttons it says than there may be is left out."""
+    axes = np.round(np.nan_to_num(message["axes"][:MAX_AXES].astype(np.float64)), 4)
+    yield Joy(axes=axes.tolist(), buttons=message["buttons"][:MAX_BUTTONS].tolist(), **headed(message))
+
+
+def stick_fields(message: Joy, origin: Origin) -> Ros:
+    """A ``sensor_msgs/Joy``."""
+    return {"header": ros_header(origin, message), "axes": message.axes, "buttons": message.buttons}
 
 
 def temperature(message: Ros) -> Iterable[Temperature]:

@@ -59,6 +59,7 @@ describe('a connector is shown by', () => {
     expect(chosen({ schemaId: 'mosaic/OccupancyGrid@1' })).toBe('map')
     expect(chosen({ schemaId: 'mosaic/JointState@1' })).toBe('joints')
     expect(chosen({ schemaId: 'mosaic/JointTarget@1', dataType: 'json-u2r' })).toBe('joint-command')
+    expect(chosen({ schemaId: 'mosaic/Joy@1' })).toBe('joystick')
     expect(chosen({ schemaId: 'mosaic/GripperTarget@1', dataType: 'json-u2r' })).toBe('gripper-command')
     expect(chosen({ schemaId: 'mosaic/Diagnostic@1' })).toBe('diagnostics')
     expect(chosen({ schemaId: 'mosaic/BatteryState@2', messageSchema: object('x') })).toBe('value-cards')
