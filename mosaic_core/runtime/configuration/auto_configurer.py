@@ -210,7 +210,11 @@ def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, Check
                 problems.append(
                     checked[connector.config.label].problem(message, "label", code="config.duplicate_label")
                 )
-        if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
-            message = f"connector '{connector.config.label}' makes two channels of one name"
-            problems.append(checked[connector.config.label].broken(message))
+        one, labels = checked[connector.config.label], [handler.label for handler in connector.handlers]
+        twice = next((label for label in labels if labels.count(label) > 1), None)
+        if twice is not None:
+            message = (
+                f"connector '{one.config.label}' of {one.installed.source} makes two channels of the name '{twice}'"
+            )
+            problems.append(one.broken(message + standing_at(one.configurer.configure)))
     return problems

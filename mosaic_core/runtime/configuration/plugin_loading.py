@@ -12,7 +12,7 @@ from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.runtime.threads.code_places import explained_error, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
-from mosaic_core.words.errors import PluginError
+from mosaic_core.words.errors import PluginError, hint_at
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
@@ -31,13 +31,22 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
             loaded = entry_point.load()
     except (Exception, SystemExit) as error:
         explained = explained_error(error) if local is None else local.explained(error)
-        raise broken(explained) from error
+        raise broken(_without_name(entry_point) or explained) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
         at = standing_at(loaded) if local is None else ""
         raise broken(f"{named} is not a Configurer class{at}")
     _check(loaded, entry_point, broken)
     return loaded
+
+
+def _without_name(entry_point: EntryPoint) -> str:
+    """What its module has instead of the name that the entry point gives; empty where that is not what is wrong."""
+    module = sys.modules.get(entry_point.module)
+    if module is None or not entry_point.attr or hasattr(module, entry_point.attr.partition(".")[0]):
+        return ""
+    there_is = hint_at(entry_point.attr, vars(module)).removesuffix(".")
+    return f"its entry point names {entry_point.attr}, which {module.__file__} does not have{there_is}"
 
 
 def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Callable[[str], PluginError]) -> None:

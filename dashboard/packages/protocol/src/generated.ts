@@ -967,6 +967,22 @@ export const REASONS = {
   'arm.too_many_poses': { sentence: 'The file of poses is full.', cure: 'Remove some from it.' },
   'arm.too_slow': { sentence: 'The way to the pose would take longer than a request may.', cure: 'Ask for more speed.' },
   'arm.not_there': { sentence: 'The arm did not get to its pose.', cure: 'See what is in its way, and whether its torque is enough: `torque_percent`.' },
+  'ros2.goal_rejected': { sentence: "The action's server rejects this goal.", cure: "Ask for another one, or see in the server's log why." },
+  'mavlink.disarmed': { sentence: 'The vehicle is not armed.', cure: 'Arm it first.' },
+  'mavlink.wrong_mode': { sentence: 'The vehicle is in a mode that does not take this.', cure: 'Ask for the mode first.' },
+  'mavlink.no_such_action': { sentence: 'This vehicle does not have the action.', cure: 'Ask for one that fits its kind and autopilot.' },
+  'mavlink.no_such_axis': { sentence: "This vehicle can't move along the axis.", cure: 'Leave the axis at zero.' },
+  'mavlink.unknown_mode': { sentence: 'This vehicle has no mode of this name.', cure: 'Take one of the names in the answer.' },
+  'mavlink.not_now': { sentence: "The vehicle can't do it now.", cure: 'Read what it says beside it (PreArm: …), and ask again.' },
+  'mavlink.denied': { sentence: 'The vehicle refuses it.', cure: 'Read what it says beside it.' },
+  'mavlink.unsupported': { sentence: 'The vehicle does not know the command.', cure: 'See what its autopilot and version support.' },
+  'mavlink.failed': { sentence: 'The vehicle tried it and failed.', cure: 'Read what it says beside it.' },
+  'mavlink.not_done': { sentence: 'The vehicle accepted it, and it is not so.', cure: 'See in its status what stands in the way.' },
+  'mavlink.not_set': { sentence: 'The vehicle kept another value of the parameter.', cure: 'Ask for its range, and set one within it.' },
+  'mavlink.no_answer': { sentence: 'The vehicle does not answer.', cure: 'Look at the link: mavlink-status counts what gets lost.' },
+  'mavlink.mission_refused': { sentence: 'The vehicle refuses the mission.', cure: 'See which item it names.' },
+  'mavlink.too_many': { sentence: 'The list is longer than the vehicle takes, or than may be asked for.', cure: 'Shorten it.' },
+  'mavlink.no_position': { sentence: 'The vehicle does not know where it is.', cure: 'Wait for a fix.' },
 } as const
 /** One of the codes of `REASONS`. */
 export type ReasonCode = keyof typeof REASONS
