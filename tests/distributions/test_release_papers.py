@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +16,7 @@ from release import checksums, notes
 from release.audit import of_dashboard, of_python
 from release.bill_of_materials import FOLDER, shipped
 from release.licences import Rules, full_name, is_allowed, wrong
-from release.requirements import PROJECTS, normal, read
+from release.requirements import LOCKS, PROJECTS, normal, read
 from release.sizes import BUDGETS, too_large
 
 RULES = Rules(
@@ -89,6 +93,26 @@ def test_every_exception_of_ours_has_its_reason() -> None:
     assert all(exception["reason"] for exception in rules.exceptions.values())
     assert all(found["where"] for found in rules.found.values())
     assert "x264" in rules.inside["av"]
+
+
+def installed_components() -> Iterator[dict[str, Any]]:
+    """What is locked for robots and servers and is installed here, as a bill of materials would have it, nearly."""
+    for name in re.findall(r"^([\w.-]+)==", (LOCKS / "runtime.txt").read_text(), re.MULTILINE):
+        try:
+            metadata = distribution(name).metadata
+        except PackageNotFoundError:
+            continue  # for another platform
+        classifiers = [one for one in metadata.get_all("Classifier", []) if re.match("License :: .* ::", one)]
+        said = metadata.get("License-Expression")
+        yield component(*([said] if said else classifiers or [str(metadata.get("License"))]), name=name)
+
+
+def test_the_licence_of_a_new_dependency_is_looked_at_before_a_release_is_built() -> None:
+    rules = Rules.read()
+    excepted = rules.exceptions.keys() | rules.found.keys()
+    components = [one for one in installed_components() if one["name"] not in excepted]
+    assert len(components) > 50
+    assert list(wrong(components, replace(rules, exceptions={}, found={}))) == []
 
 
 def test_what_is_for_development_alone_is_not_said_to_be_shipped() -> None:
