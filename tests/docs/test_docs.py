@@ -168,6 +168,24 @@ def test_every_mosaic_command_in_the_docs_exists(page: str, text: str) -> None:
             assert any(f"## `mosaic {' '.join(words[:count])}`" in known for count in range(len(words), 0, -1)), line
 
 
+@pytest.mark.parametrize(("page", "text"), [*blocks("bash"), *blocks("console")])
+def test_every_option_of_a_mosaic_command_in_the_docs_exists(page: str, text: str) -> None:
+    for line in text.splitlines():
+        match = re.match(r"\s*(?:\$ )?mosaic ([^#|>&;]*)", line)
+        if match:
+            own, _, of_run = match[1].partition(" -- ")
+            assert unknown_options(own) | unknown_options(f"run {of_run}") == set(), line
+
+
+def unknown_options(words: str) -> set[str]:
+    """The options among ``words`` that the reference of their command does not have."""
+    reference = (ROOT / "docs/reference/command-line.md").read_text()
+    sections = dict(re.findall(r"^## `mosaic ([^`]+)`\n(.*?)(?=^## |\Z)", reference, re.MULTILINE | re.DOTALL))
+    command = max((one for one in sections if f"{words} ".startswith(f"{one} ")), key=len)
+    rows = "\n".join(re.findall(r"^\| `--.*", sections[command], re.MULTILINE))
+    return set(re.findall(r"(?<!\S)--[a-z][\w-]*", words)) - set(re.findall(r"`(--[\w-]+)`", rows))
+
+
 def test_the_page_on_own_pages_shows_the_example_as_it_is() -> None:
     page = (ROOT / "docs" / "howto" / "own-page.md").read_text()
     assert f"```tsx\n{(ROOT / 'examples/own-page/src/main.tsx').read_text()}```" in page
