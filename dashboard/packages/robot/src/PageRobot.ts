@@ -9,6 +9,7 @@ import { Loudspeaker, type VoicePlayer } from './connectors/Loudspeaker'
 import { TrackOutlet } from './connectors/TrackOutlet'
 import type { ControlPort } from './control/ControlPort'
 import { StopLatch } from './control/StopLatch'
+import type { PictureTimes } from './media/pictureTimes'
 import { PeersHere } from './peers/PeersHere'
 import { RobotPeer, type Site } from './peers/RobotPeer'
 import { RobotView, type PageRobotState } from './RobotView'
@@ -36,6 +37,8 @@ export interface PageRobotOptions {
   /** Plays an operator's voice; null: this robot has no loudspeaker. */
   play: ((track: MediaStreamTrack) => VoicePlayer) | null
   verify: Verify
+  /** Reads the timestamps of pictures as they are sent; null: this browser can't. */
+  pictureTimes: PictureTimes | null
 }
 
 /** Represents a robot that is a page: signs in, answers operators, and shares what this device has while somebody watches. */
@@ -47,6 +50,7 @@ export class PageRobot implements Site {
   readonly data = new Map<string, DataOutlet>()
   readonly tracks = new Map<string, TrackOutlet>()
   readonly speaker: Loudspeaker | null
+  readonly pictureTimes: PictureTimes | null
   readonly log: LogConnector
   private readonly view: RobotView
   private readonly machine: RobotSignaling
@@ -61,6 +65,7 @@ export class PageRobot implements Site {
   constructor(private readonly options: PageRobotOptions) {
     const { platform, baseUrl, credentials } = options
     this.platform = platform
+    this.pictureTimes = options.pictureTimes
     this.log = new LogConnector()
     this.view = new RobotView(this.log)
     this.state = this.view.state
