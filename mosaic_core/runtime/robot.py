@@ -53,7 +53,7 @@ class Robot:
         self._plan = RobotPlan(
             config=config,
             connectors=tuple(connectors),
-            catalogue=Catalogue.of(connector.entry for connector in connectors),
+            catalogue=Catalogue.of(entry for connector in connectors for entry in connector.entries),
             servers=_known_servers(config, connect_socket, lan),
             make_answerer=make_answerer,
             open_stream=open_stream,

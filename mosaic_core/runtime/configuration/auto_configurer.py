@@ -17,7 +17,7 @@ from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
 from mosaic_core.runtime.configuration.connector import Connector
@@ -27,7 +27,6 @@ from mosaic_core.runtime.configuration.handler_problems import (
     body_problems,
     delivery_problems,
     label_problems,
-    media_problems,
     widget_problems,
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
@@ -148,7 +147,6 @@ def _connectors(made: Sequence[Made], problems: list[Problem], kept: Sequence[Ke
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
             problems += request_problems(one, handlers)
-            problems += media_problems(one, handlers)
             problems += widget_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
@@ -192,29 +190,26 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
 
 
 def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connector:
-    entry = catalogue_entry(one.config.label, one.config.type, handlers, one.safety, one.config.delivery)
-    return Connector(one.config, handlers, entry, one.safety)
+    entries = catalogue_entries(one.config.label, one.config.type, handlers, one.safety, one.config.delivery)
+    return Connector(one.config, handlers, entries, one.safety)
 
 
 def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, CheckedConnector]) -> list[Problem]:
-    """Channel names must be unique beyond the labels: ``connection-check`` makes ``L-receiver`` and ``L-sender``."""
+    """Names of tracks and channels must be unique beyond the connectors' labels: ``connection-check`` makes
+    ``L-receiver`` and ``L-sender``."""
     owner: dict[str, str] = {}
     problems = []
     for connector in connectors:
-        for name in dict.fromkeys(handler.label for handler in connector.handlers):
-            other = owner.setdefault(name, connector.config.label)
-            if other != connector.config.label:
-                message = (
-                    f"connector '{connector.config.label}' makes the channel '{name}', which '{other}' has already"
-                )
-                problems.append(
-                    checked[connector.config.label].problem(message, "label", code="config.duplicate_label")
-                )
-        one, labels = checked[connector.config.label], [handler.label for handler in connector.handlers]
-        twice = next((label for label in labels if labels.count(label) > 1), None)
+        label = connector.config.label
+        entries, handlers = [one.label for one in connector.entries], [one.label for one in connector.handlers]
+        for name in dict.fromkeys((*entries, *handlers)):
+            other = owner.setdefault(name, label)
+            if other != label:
+                message = f"connector '{label}' makes '{name}', which '{other}' has already"
+                problems.append(checked[label].problem(message, "label", code="config.duplicate_label"))
+        twice = next((name for name in handlers if handlers.count(name) > 1), None)
         if twice is not None:
-            message = (
-                f"connector '{one.config.label}' of {one.installed.source} makes two channels of the name '{twice}'"
-            )
+            one = checked[label]
+            message = f"connector '{label}' of {one.installed.source} makes two handlers of one label: '{twice}'"
             problems.append(one.broken(message + standing_at(one.configurer.configure)))
     return problems

@@ -314,8 +314,8 @@ class HandlerRuns:
         self._listener.connector_failed(*failure)
 
     def snapshot(self, limit_factors: Mapping[str, float]) -> tuple[ConnectorSnapshot, ...]:
-        """One row per connector, in the order of the YAML file, and of one whose channels stand for themselves one per
-        channel. ``limit_factors``: what is left of the speed, by label of the receiver."""
+        """One row per entry of the catalogue, in its order. ``limit_factors``: what is left of the speed, by label of
+        the receiver."""
         return tuple(
             self._rows.of(connector, group, limit_factors)
             for connector in self._connectors
