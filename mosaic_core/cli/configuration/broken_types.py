@@ -1,4 +1,4 @@
-"""Finds out which installed connector types can't be used, by importing them in processes of their own.
+"""Finds out which installed connector types can't be used, if wanted by importing them in processes of their own.
 
 `mosaic connectors list` itself imports none: whatever an import does, ends or never ends, it does to a process that is
 thrown away.
@@ -26,8 +26,9 @@ _FRAME = re.compile(r'^  File "(?P<file>[^"]+)", line (?P<line>\d+)', re.MULTILI
 """Of what faulthandler writes, the innermost line first."""
 
 
-def broken_types(resolver: ConnectorResolver) -> Mapping[str, str]:
-    """Why each type can't be used that can't; code beside a configuration is not run for this."""
+def broken_types(resolver: ConnectorResolver, *, imports: bool) -> Mapping[str, str]:
+    """Why each type can't be used that can't: two distributions have it or, where ``imports`` are wanted, its import
+    fails. Code beside a configuration is not run for this."""
     from mosaic_core.words.errors import MosaicError
 
     found: dict[str, str] = {}
@@ -38,7 +39,7 @@ def broken_types(resolver: ConnectorResolver) -> Mapping[str, str]:
                 waiting.append(name)
         except MosaicError as error:
             found[name] = error.message
-    return {**found, **_imported(waiting)}
+    return {**found, **(_imported(waiting) if imports else {})}
 
 
 def _imported(names: list[str]) -> dict[str, str]:

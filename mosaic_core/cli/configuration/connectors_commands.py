@@ -29,12 +29,12 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 @app.command("list")
 def list_types(
     as_json: AsJson = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Don't look whether they can be used.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Import each, and say what can't be used.")] = False,
 ) -> None:
-    """List the connector types that are installed, or stand in the folder `connectors/`.
+    """List the connector types that are installed, or stand in the folder `connectors/`; imports none of them.
 
-    Those that can't be used say why: each is imported, in a process of its own that is thrown away. With `--quick`
-    none is imported. Code of the folder `connectors/` is never run for this.
+    With `--check` each is imported, in a process of its own that is thrown away, but for those of the folder
+    `connectors/`, whose code is never run for this.
     """
     from mosaic_core.cli.configuration.broken_types import broken_types
     from mosaic_core.cli.terminal.plain_table import print_table
@@ -46,7 +46,7 @@ def list_types(
     rows = [
         (one, first_docstring_line(one.entry_point, one.local.file if one.local else None)) for one in resolver.types()
     ]
-    broken = {} if quick else broken_types(resolver)
+    broken = broken_types(resolver, imports=check)
     if as_json:
         typer.echo(json.dumps([{**_as_json(one, text), **_why_broken(one.type, broken)} for one, text in rows]))
         return

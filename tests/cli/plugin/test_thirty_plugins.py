@@ -69,7 +69,7 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
         "return Heart(self.label)",
         "return [Heart(self.label), Heart(self.label)]",
         14,
-        "makes two channels of the name 'l",
+        "makes two handlers of one label: 'l",
     ),
 }
 """Told by `validate`, and so by `run`: what stands there, what is written instead, the line of it, what is said."""
@@ -149,16 +149,17 @@ def write_robot(folder: Path, *types: str) -> None:
 COUNT = 20 + len(BROKEN) + len(MISLED) + 5
 
 
-def test_a_quick_list_has_all_and_imports_none(mosaic: Any, site: Path) -> None:
-    out, err = mosaic("connectors", "list", "--json", "--quick").communicate(timeout=60)
+def test_the_list_has_all_imports_none_and_marks_what_two_have(mosaic: Any, site: Path) -> None:
+    out, err = mosaic("connectors", "list", "--json").communicate(timeout=60)
     ours = [one for one in json.loads(out) if one["distribution"].startswith(PREFIX)]
     assert len(ours) == COUNT
+    assert {one["type"] for one in ours if "broken" in one} == {"acme-good0"}
     assert err == ""
     assert not list(site.glob("**/*.pyc"))
 
 
-def test_the_list_marks_what_can_not_be_used_and_nothing_else(mosaic: Any, site: Path) -> None:
-    out, err = mosaic("connectors", "list", "--json").communicate(timeout=100)
+def test_a_checked_list_marks_what_can_not_be_used_and_nothing_else(mosaic: Any, site: Path) -> None:
+    out, err = mosaic("connectors", "list", "--check", "--json").communicate(timeout=100)
     broken = {one["type"]: one["broken"] for one in json.loads(out) if "broken" in one}
     assert err == ""
     for name, (_, _, line, told) in BROKEN.items():
