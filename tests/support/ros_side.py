@@ -259,6 +259,11 @@ class RosServer:
         client, number = struct.unpack_from("<Qq", data, 4)
         request = decoded(self._request, data[:4] + data[20:])
         body = encoded(self._response, self._answer(request))
+        if not self._is_closing.is_set():
+            self.reply(client, number, body)
+
+    def reply(self, client: int, number: int, body: bytes) -> None:
+        """A reply to this request of this client, or to nobody's."""
         self._writer.write_bytes(body[:4] + struct.pack("<Qq", client, number) + body[4:])
 
     def close(self) -> None:
