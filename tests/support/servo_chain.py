@@ -8,7 +8,7 @@ import os
 import select
 import threading
 import tty
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 HELLO = 0x01
@@ -44,6 +44,8 @@ class ServoChain:
         self.complaints: list[str] = []
         self.instructions: list[tuple[int, int, bytes]] = []
         self.follows = True
+        self.heard: Callable[[int, int, bytes], object] = lambda motor, code, params: None
+        """Called on the chain's thread with each instruction, before it is obeyed."""
         self._ours, theirs = os.openpty()
         tty.setraw(theirs)
         self.port = os.ttyname(theirs)
@@ -79,6 +81,7 @@ class ServoChain:
                 stream += os.read(self._ours, 4096)
             for motor, code, params in self.taken(stream):
                 self.instructions.append((motor, code, params))
+                self.heard(motor, code, params)
                 self._obey(motor, code, params)
 
     def _obey(self, motor: int, code: int, params: bytes) -> None:

@@ -11,7 +11,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Self
 
 from mosaic_arm.arm_joint import ArmJoint, ArmSnapshot
@@ -57,7 +57,6 @@ class Arm:
         self._sent: dict[str, float] = {}
         self._rates: dict[str, float] = {}
         self._strength: dict[str, float] = {}
-        self._mover: object = None
         self._aimed_by: dict[str, object] = {}
         self._wants_power = not is_free
         self._attempts = 0
@@ -88,11 +87,6 @@ class Arm:
     def is_free(self) -> bool:
         """The motors are off on purpose."""
         return not self._wants_power
-
-    @property
-    def mover(self) -> object:
-        """Who said last where joints shall go; ``None`` after :meth:`hold`."""
-        return self._mover
 
     @property
     def lost_replies(self) -> int:
@@ -126,7 +120,6 @@ class Arm:
                 self._aimed_by[name] = by
                 if strength_percent is not None:
                     self._strength[name] = strength_percent
-            self._mover = by
 
     def make_safe(self, cause: str, by: object) -> None:
         """Hold what ``by`` moves if it only fell silent, for another connector may go on; after anything else, such as
@@ -140,10 +133,14 @@ class Arm:
             for name in self._goals:
                 if aimed_by is None or self._aimed_by.get(name) is aimed_by:
                     self._stay(name)
-            if aimed_by is None or self._mover is aimed_by:
-                self._mover = None
+
+    def is_led_by(self, by: object, names: Iterable[str]) -> bool:
+        """Whether ``by`` was the last to say where these joints shall go, and nothing held them since."""
+        with self._lock:
+            return all(self._aimed_by.get(name) is by for name in names)
 
     def _stay(self, name: str) -> None:
+        self._aimed_by.pop(name, None)
         standing = self._sent[name] if name == self._gripper else self._standing(name)
         if standing is not None:
             self._goals[name] = self._sent[name] = standing
@@ -155,7 +152,7 @@ class Arm:
             if self._snapshot is None:
                 raise Refused("plugin.no_device", self._gone.message)
             self._wants_power = on
-            self._mover = None
+            self._aimed_by.clear()
 
     def _standing(self, name: str) -> float | None:
         if self._snapshot is None:
@@ -234,7 +231,7 @@ class Arm:
     def _lost(self, gone: DeviceGone) -> float:
         with self._lock:
             was_there, self._snapshot, self._gone = self._snapshot is not None, None, gone
-            self._mover = None
+            self._aimed_by.clear()
         self._opened.clear()
         self._session.abandon()
         if was_there or not self._attempts:

@@ -56,7 +56,7 @@ class PoseAnswer(Message):
 
 class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
     """Goes to poses within the arm's limits, all joints arriving together. A stop, the loss of the lease, taking the
-    request back, or any other command to the arm ends the way where it is."""
+    request back, or any other command to one of its joints ends the way where it is."""
 
     requires_lease = True
     resource = RESOURCE
@@ -110,7 +110,7 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
             if request.pause(STEP_S):
                 self._arm.hold()
                 raise Refused("request.cancelled")
-            if self._arm.mover is not token:  # a stop, or somebody's command
+            if not self._arm.is_led_by(token, goal):  # a stop, or somebody's command
                 raise Refused("arm.overtaken")
 
     def _shares(self, began_s: float, whole_s: float) -> Iterator[float]:

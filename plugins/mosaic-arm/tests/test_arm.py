@@ -36,11 +36,12 @@ def test_a_joint_moves_at_its_rate_and_arrives(on_clock: ArmOnClock) -> None:
 def test_held_it_stands_where_it_is_and_nothing_of_before_counts(on_clock: ArmOnClock) -> None:
     on_clock.arm.aim({"elbow_flex": 1.2}, ME)
     on_clock.clock.advance(0.4)
+    assert on_clock.arm.is_led_by(ME, ["elbow_flex"])
     on_clock.arm.hold()
     stands = on_clock.angle("elbow_flex")
     on_clock.clock.advance(2.0)
     assert on_clock.angle("elbow_flex") == pytest.approx(stands, abs=0.06)
-    assert on_clock.arm.mover is None
+    assert not on_clock.arm.is_led_by(ME, ["elbow_flex"])
 
 
 def test_a_bus_that_vanishes_for_thirty_seconds_comes_back_and_the_arm_stands(on_clock: ArmOnClock) -> None:

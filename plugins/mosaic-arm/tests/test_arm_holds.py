@@ -70,6 +70,32 @@ def test_joints_that_fell_silent_do_not_end_the_way_to_a_pose(on_clock: ArmOnClo
     assert on_clock.angle("elbow_flex") == pytest.approx(0.8, abs=0.1)
 
 
+class Tells:
+    """Somebody's command to other joints, again and again."""
+
+    def __init__(self, on_clock: ArmOnClock, joint: str) -> None:
+        self.due_at_s: float | None = on_clock.clock.now_s + 0.1
+        self._on_clock = on_clock
+        self._joint = joint
+
+    def ring(self, now_s: float) -> None:
+        self.due_at_s = now_s + 0.1
+        self._on_clock.arm.aim({self._joint: 0.9}, self)
+
+
+@pytest.mark.parametrize(("joint", "ends"), [("gripper", False), ("shoulder_pan", False), ("elbow_flex", True)])
+def test_a_way_to_a_pose_is_ended_by_commands_to_its_own_joints_alone(
+    on_clock: ArmOnClock, joint: str, ends: bool
+) -> None:
+    on_clock.clock.watch(Tells(on_clock, joint))
+    poses = on_clock.build(ArmPosesConfigurer, poses={"up": {"elbow_flex": -0.8, "shoulder_lift": 0.3}})
+    refused = ask(poses, {"name": "up", "speed_percent": 50}).refused
+    assert (refused is not None and refused.code == "arm.overtaken") is ends
+    if not ends:
+        assert on_clock.angle("elbow_flex") == pytest.approx(-0.8, abs=0.1)
+        assert on_clock.angle(joint) == pytest.approx(0.9, abs=0.1)
+
+
 class SafeAt:
     """The time-out of somebody who commanded before."""
 
