@@ -249,7 +249,7 @@ def _in_place_of(name: str, value: str) -> str:
     """What names nothing that there is, spelt like ``value``; empty where it names neither a device nor a host."""
     url = urlsplit(value)
     if url.hostname and "://" in value:
-        return urlunsplit(url._replace(netloc=url.netloc.replace(url.hostname, NOWHERE)))
+        return urlunsplit((url.scheme, url.netloc.replace(url.hostname, NOWHERE), *url[2:]))
     if name in _DEVICES or value.startswith(("/dev/", "/sys/")):
         return f"{ABSENT}{Path(value).suffix}"
     return NOWHERE if name in _HOSTS else ""

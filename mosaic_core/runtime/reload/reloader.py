@@ -137,7 +137,8 @@ class Reloader:
             try:
                 await robot.become(configured.connectors, configured.shared)
             except (Exception, SystemExit) as error:
-                raise as_mistake(error) from error
+                begun = ", ".join((*reread.restarted, *reread.added))
+                raise as_mistake(error, f"{begun} can't begin, and stands") from error
         logger.info("reloaded %s: %s", self._path.name, reread)
         return configured
 

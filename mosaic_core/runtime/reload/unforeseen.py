@@ -24,11 +24,12 @@ async def on_a_thread(work: Callable[[], T]) -> T:
     return await asyncio.to_thread(caught)
 
 
-def as_mistake(error: BaseException) -> ConfigError:
-    """The error itself if it tells mistakes already, else the one that an author finds by its line."""
+def as_mistake(error: BaseException, what: str = "nobody foresaw that this is raised") -> ConfigError:
+    """The error itself if it tells mistakes already, else the one that an author finds by its line. ``what``: begins
+    its sentence."""
     if isinstance(error, ConfigError):
         return error
     file, line = raised_at(error)
-    message = f"nobody foresaw that this is raised: {type(error).__name__}: {error}"
+    message = f"{what}: {type(error).__name__}: {error}"
     cure = "mend the line that it names; the next save tries again"
     return ConfigError([Problem(message, "config.broken_plugin", file=file, line=line, cure=cure)])

@@ -440,3 +440,22 @@ async def test_nothing_that_a_plugin_raises_ends_the_watching(bench: Bench, wher
         bench.write("connectors/beats.py", whole)
         bench.edit("connectors/words.py", "tick", "tock")
         await word(live, "a", "tock")
+
+
+async def test_what_can_not_begin_is_told_and_the_next_save_begins_it(bench: Bench) -> None:
+    """Too late to go on as before: the old one has ended."""
+    whole = (bench.folder / "connectors/beats.py").read_text()
+    broken = whole.replace(
+        "    def messages(self):", "    def bind(self, host): raise KeyError('x')\n    def messages(self):"
+    )
+    async with running(bench) as live:
+        await word(live, "a", "tick")
+        before = live.threads()
+        bench.write("connectors/beats.py", broken)
+        await until(
+            lambda: any("beats.py:19: a can't begin, and stands: KeyError" in str(one) for one in bench.problems)
+        )
+        assert live.threads()["wheel"] is before["wheel"]
+        bench.write("connectors/beats.py", whole)
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")

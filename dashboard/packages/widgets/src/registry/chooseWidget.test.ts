@@ -132,6 +132,33 @@ test('a hint never forces a widget on data that it can not show', () => {
   expect(chosen({ widget: 'video', dataType: 'json-r2u' })).toBe('value-cards')
 })
 
+describe('a plot', () => {
+  const words = { type: 'object', properties: { level: { type: 'string' }, timestamp: { type: 'integer' } } }
+  const poses = { type: 'object', properties: { poses: { type: 'array', items: { type: 'object' } } } }
+  const offered = (fields: Partial<CatalogueEntry>) => widgetsFor(widgets, entry(fields)).map(({ id }) => id)
+
+  test.each([words, poses])('is not offered for messages without a number', (messageSchema) => {
+    expect(offered({ messageSchema })).not.toContain('time-plot')
+  })
+
+  test.each([
+    undefined,
+    { type: 'object', additionalProperties: true },
+    object('newton'),
+    { type: 'object', properties: { effort: { type: 'array', items: { type: 'number' } } } },
+  ])('is offered where there may be one', (messageSchema) => {
+    expect(offered(messageSchema === undefined ? {} : { messageSchema })).toContain('time-plot')
+  })
+
+  test('gives way to the widget that the message has, whoever hints or chose it', () => {
+    const diagnostic = { schemaId: 'mosaic/Diagnostic@1', messageSchema: words, widget: 'time-plot' }
+    expect(chosen(diagnostic)).toBe('diagnostics')
+    expect(chosen(diagnostic, 'time-plot')).toBe('diagnostics')
+    expect(chosen({ schemaId: 'mosaic/Log@1', messageSchema: words }, 'time-plot')).toBe('message-log')
+    expect(chosen({ schemaId: 'mosaic/Path@1', messageSchema: poses }, 'time-plot')).toBe('map')
+  })
+})
+
 test('without a schema special widgets are offered, but not chosen', () => {
   const offered = widgetsFor(widgets, entry({})).map(({ id }) => id)
   expect(offered).toContain('laser-scan')
