@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from support.page_blocks import ROOT, Command, blocks, commands
+from support.page_blocks import ROOT, Command, blocks, commands, named_in_prose
 from support.robot_process import running_robot
 from support.server_process import Seed, ServerProcess
 from typer.core import TyperCommand
@@ -134,6 +134,13 @@ def test_the_command_line_takes_it(command: Command, reads_only: None) -> None:
             Path(word).touch()
     done = CliRunner().invoke(app, command.words[1:], input=EMAIL)
     assert done.exit_code == 0, f"{command}\n{done.output}"
+
+
+def test_commands_and_options_that_sentences_name_are_there(reads_only: None) -> None:
+    for named, page in named_in_prose().items():
+        words = [word for word in named.split()[1:] if not re.search("[…|]", word)]
+        said = CliRunner().invoke(app, words, input=EMAIL).output
+        assert "No such" not in said, f"{page}: `{named}`: {said}"
 
 
 @pytest.mark.parametrize("words", ["rnu", "run --sevre", "operator lease", "run --log-level shout", "server user"])
