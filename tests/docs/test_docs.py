@@ -21,8 +21,8 @@ from typer.testing import CliRunner
 from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, Shared
 from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
-from mosaic_core.testing import build, collect, fake_host
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
+from mosaic_core.testing import build, collect, fake_host, take_frames
 
 LOCAL_FILE = re.compile(
     r"^(?:`(?P<said>connectors/\w+\.py)`:\n\n```python|```python title=\"(?P<title>connectors/\w+\.py)\")\n"
@@ -101,8 +101,13 @@ def test_the_arm_of_the_howto_keeps_its_limits() -> None:
 
 def test_the_handlers_of_the_howto_are_three_channels() -> None:
     made = build(run_blocks("docs/howto/several-handlers.md")["PickerConfigurer"], label="picker")
-    entry = catalogue_entry("picker", "picker", made)
-    assert [one.label for one in entry.apart()] == ["picker", "picker_joints", "picker_grip"]
+    entries = catalogue_entries("picker", "picker", made)
+    assert [one.label for one in entries] == ["picker", "picker_joints", "picker_grip"]
+
+
+def test_the_head_of_the_howto_has_two_eyes() -> None:
+    left, right, _ = build(run_blocks("docs/howto/several-handlers.md")["HeadConfigurer"], label="head")
+    assert [int(take_frames(eye, 1)[0].mean()) for eye in (left, right)] == [60, 200]
 
 
 def test_the_shared_board_of_the_howto_is_opened_anew_after_it_vanished(tmp_path: Path) -> None:
