@@ -46,6 +46,7 @@ NOT_RUN = {
     r"safety drill .*--live": "moves devices",
     r"operator drive\b": "reads keys: tests/cli/operator/test_drive_keys.py",
     r"operator call\b": "asks the connector of its page: tests/operator",
+    r"joystick drive\b": "needs a stick: plugins/mosaic-joystick/tests have some that are made up",
     r"lan\b|operator (pair|unpair|send Rover|robots --lan)\b": "needs a robot at hand: tests/e2e/test_lan_twin.py",
     r"ros2\b": "needs a robot that speaks ROS 2: plugins/mosaic-ros2/tests",
     r"mujoco\b": "needs the reader's model: plugins/mosaic-mujoco/tests",
