@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from support.page_blocks import ROOT, Command, blocks, commands
+from support.page_blocks import ROOT, Command, blocks, commands, named_in_prose
 from support.robot_process import running_robot
 from support.server_process import Seed, ServerProcess
 from typer.core import TyperCommand
@@ -46,6 +46,7 @@ NOT_RUN = {
     r"safety drill .*--live": "moves devices",
     r"operator drive\b": "reads keys: tests/cli/operator/test_drive_keys.py",
     r"operator call\b": "asks the connector of its page: tests/operator",
+    r"joystick drive\b": "needs a stick: plugins/mosaic-joystick/tests have some that are made up",
     r"lan\b|operator (pair|unpair|send Rover|robots --lan)\b": "needs a robot at hand: tests/e2e/test_lan_twin.py",
     r"ros2\b": "needs a robot that speaks ROS 2: plugins/mosaic-ros2/tests",
     r"mujoco\b": "needs the reader's model: plugins/mosaic-mujoco/tests",
@@ -134,6 +135,13 @@ def test_the_command_line_takes_it(command: Command, reads_only: None) -> None:
             Path(word).touch()
     done = CliRunner().invoke(app, command.words[1:], input=EMAIL)
     assert done.exit_code == 0, f"{command}\n{done.output}"
+
+
+def test_commands_and_options_that_sentences_name_are_there(reads_only: None) -> None:
+    for named, page in named_in_prose().items():
+        words = [word for word in named.split()[1:] if not re.search("[…|]", word)]
+        said = CliRunner().invoke(app, words, input=EMAIL).output
+        assert "No such" not in said, f"{page}: `{named}`: {said}"
 
 
 @pytest.mark.parametrize("words", ["rnu", "run --sevre", "operator lease", "run --log-level shout", "server user"])

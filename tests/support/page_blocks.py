@@ -20,6 +20,7 @@ PAGES = sorted(
     ]
 )
 _FENCE = re.compile(r"^( *)```(\w+)([^\n]*)\n(.*?)^\1```", re.MULTILINE | re.DOTALL)
+_IN_PROSE = re.compile(r"`(mosaic [^`]+)`")
 _TITLE = re.compile(r'title="([^"]*)"')
 _ENDS = frozenset({"&&", "||", "|", ";", "&", "(", ")", ";;", "|&"})
 _REDIRECTS = frozenset({">", ">>", "<", "2>", ">&", "<<<"})
@@ -84,6 +85,12 @@ def commands(block: Block) -> Iterator[Command]:
             elif words := _without_surroundings(words):
                 yield Command(block, tuple(words))
                 words = []
+
+
+def named_in_prose() -> dict[str, str]:
+    """Our commands that sentences name, often without the words that belong to them, each with a page that does."""
+    texts = {str(page.relative_to(ROOT)): _FENCE.sub("", page.read_text()) for page in PAGES}
+    return {" ".join(named.split()): page for page, text in texts.items() for named in _IN_PROSE.findall(text)}
 
 
 def _typed(text: str) -> Iterator[str]:
