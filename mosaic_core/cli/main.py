@@ -29,7 +29,7 @@ COMMANDS = (
 )
 """Name, place in this package, and the first words of the command's own help, which is not imported to be listed."""
 PLUGIN_GROUP = "mosaic.commands"
-ELSEWHERE = {"arm": "mosaic-arm", "demo": "mosaic-sim[demo]", "server": "mosaic-server"}
+ELSEWHERE = {"arm": "mosaic-arm", "demo": "mosaic-sim[demo]", "joystick": "mosaic-joystick", "server": "mosaic-server"}
 """Commands that the documentation names, and what to install for them."""
 
 

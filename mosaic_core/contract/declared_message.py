@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel, PydanticUserError, ValidationError
+from pydantic_core import PydanticSerializationError
 
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
@@ -52,9 +53,12 @@ class DeclaredMessage:
         self._check_shape(value, self._model)
 
     def _check_shape(self, value: BaseModel | Mapping[str, Any], model: type[BaseModel]) -> None:
-        nulled, _ = finite(_plain(value), self._schema)
+        nulled, _ = finite(_plain(value)[0], self._schema)
+        self._validate(value, nulled, model)
+
+    def _validate(self, value: Any, plain: Any, model: type[BaseModel]) -> None:
         try:
-            model.model_validate(nulled)
+            model.model_validate(plain, by_alias=True, by_name=True)
         except ValidationError as error:
             mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
             fields = (f"{'.'.join(map(str, one['loc'])) or 'message'}: {one['msg']}" for one in mistakes)
@@ -63,17 +67,28 @@ class DeclaredMessage:
     def json_of(self, value: JsonMessage, label: str) -> str | None:
         """JSON text, with null for numbers that are not finite where the class declares that they may be absent.
         ``None``, and a line in the log, once for each field: it must not be sent."""
-        plain = _plain(value)
-        try:
-            return to_json(plain)
-        except ValueError:
-            nulled, refused = finite(plain, self._schema)
+        plain, is_sound = _plain(value)
+        if is_sound:
+            try:
+                return to_json(plain)
+            except ValueError:  # a number that JSON does not know
+                pass
+        numbers = value.model_dump(warnings=False) if isinstance(value, BaseModel) else plain
+        refused = finite(numbers, self._schema)[1]
+        self._tell(label, refused)
+        if refused:
+            return None
+        nulled, _ = finite(plain, self._schema)
+        if isinstance(value, BaseModel):
+            self._validate(value, nulled, type(value))
+        return to_json(nulled)
+
+    def _tell(self, label: str, refused: tuple[str, ...]) -> None:
         for field in refused:
             if (label, field) not in self._told and len(self._told) < MAX_TOLD:
                 self._told.add((label, field))
                 text = "connector %r: %s of a message is no finite number, and not declared as `float | None`: refused"
                 logger.warning(text, label, field, extra={"label": label})
-        return None if refused else to_json(nulled)
 
     @cached_property
     def _schema(self) -> dict[str, Any] | None:
@@ -102,8 +117,14 @@ class DeclaredMessage:
             return ""
 
 
-def _plain(value: JsonMessage) -> Any:
-    return value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+def _plain(value: JsonMessage) -> tuple[Any, bool]:
+    """JSON-ready values, and whether each is of the type that its class says: an attribute may be set to anything."""
+    if not isinstance(value, BaseModel):
+        return value, True
+    try:
+        return value.model_dump(mode="json", warnings="error"), True
+    except PydanticSerializationError:
+        return value.model_dump(mode="json", warnings=False), False
 
 
 def _is_model(declared: Any) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Mapping
 
 from mosaic_core.drill.command_stream import CommandStream, moving, position_of
 from mosaic_core.drill.commands import GENTLE
@@ -12,6 +13,8 @@ from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed
 from mosaic_core.drill.rig import DrilledReceiver, Rig
 from mosaic_core.drill.silence import AT_ONCE_S, DRIVE_S, safe_act
 
+TOLD = 2
+"""Positions that are told by name."""
 SENSOR_SHARE = 0.02
 """How much of its place a sensor may be wrong by, beside :data:`~mosaic_core.drill.commands.GENTLE`."""
 
@@ -37,9 +40,15 @@ async def holds_position(rig: Rig, subject: DrilledReceiver) -> Passed:
         _check(field, place, sent, 1e-9 * max(1.0, abs(place)), "sent")
         for value in reported[field]:
             _check(field, place, value, GENTLE + SENSOR_SHARE * abs(place), "moved")
-    places = ((field, stream.command.at(stream.command.message, field)) for field in stream.command.positions)
-    words = " and ".join(f"{field} = {place:g}" for field, place in places)
-    return Passed(words, "it stayed")
+    places = {field: stream.command.at(stream.command.message, field) for field in stream.command.positions}
+    return Passed(in_words(places), "it stayed")
+
+
+def in_words(places: Mapping[str, float]) -> str:
+    """Where it shall be; of an arm with many joints the first ones, so that it stays one line of a table."""
+    told = [f"{field} = {place:g}" for field, place in places.items()]
+    more = len(told) - TOLD
+    return " and ".join(told if more <= 0 else [*told[: TOLD - 1], f"{more + 1} more"])
 
 
 async def _reports_while_driven(stream: CommandStream) -> dict[str, list[float]]:

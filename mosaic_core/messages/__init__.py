@@ -32,14 +32,14 @@ from mosaic_core.messages.reports import (
     ImageText,
     Log,
 )
-from mosaic_core.messages.sensors import BatteryState, GpsFix, Imu, LaserScan, Range, Temperature
+from mosaic_core.messages.sensors import BatteryState, GpsFix, Imu, Joy, LaserScan, Range, Temperature
 from mosaic_core.messages.standard import StandardMessage, wall_time_us
 
 STANDARD_MESSAGES: Mapping[str, type[StandardMessage]] = {
     one.schema_id: one
     for one in (
         Twist, Pose, Odometry, Transform, Path, OccupancyGrid, JointState, JointTarget, GripperTarget, Imu, GpsFix,
-        LaserScan, Range, Temperature, BatteryState, ImageAnnotations, Log, Diagnostic,
+        LaserScan, Range, Joy, Temperature, BatteryState, ImageAnnotations, Log, Diagnostic,
     )
 }  # fmt: skip
 """All of them by their schema id."""
@@ -60,6 +60,7 @@ __all__ = [
     "Imu",
     "JointState",
     "JointTarget",
+    "Joy",
     "LaserScan",
     "LinearAcceleration",
     "LinearVelocity",

@@ -8,9 +8,20 @@ from pydantic import Field, model_validator
 
 from mosaic_core.contract.params import unit
 from mosaic_core.messages.geometry import AngularVelocity, LinearAcceleration, Quaternion
-from mosaic_core.messages.standard import Metres, Radians, Seconds, StandardMessage, absent, check_lengths, frame, stamp
+from mosaic_core.messages.standard import (
+    Metres,
+    Name,
+    Radians,
+    Seconds,
+    StandardMessage,
+    absent,
+    check_lengths,
+    frame,
+    stamp,
+)
 
 MAX_RAYS = 65_535
+MAX_AXES, MAX_BUTTONS = 64, 256
 
 
 class Imu(StandardMessage):
@@ -104,6 +115,32 @@ class Range(StandardMessage):
     radiation: Literal["ultrasound", "infrared", "laser", "radar"] | None = absent()
     frame_id: str | None = frame()
     timestamp: int | None = stamp()
+
+
+class Joy(StandardMessage):
+    """How a joystick, a gamepad or a 3D mouse stands. It is said twice a second at least: whoever moves something by it
+    stops where it falls silent."""
+
+    schema_id: ClassVar[str] = "mosaic/Joy@1"
+    given_in: ClassVar[str] = (
+        "the stick's own axes: pushed ahead, to the left or up, and turned to the left, is positive"
+    )
+    shape_from: ClassVar[str] = "sensor_msgs, the signs as its joy_node has them; with names for people"
+    ros_type: ClassVar[str] = "sensor_msgs/msg/Joy"
+    axes: list[float] = Field(
+        max_length=MAX_AXES, description="-1 to 1, 0 let go; triggers and throttles 0 to 1. A dead zone is taken off."
+    )
+    buttons: list[int] = Field(max_length=MAX_BUTTONS, description="0 let go, 1 pressed.")
+    axis_names: list[Name] = Field(default=[], max_length=MAX_AXES, description="Empty, or one for each axis.")
+    button_names: list[Name] = Field(default=[], max_length=MAX_BUTTONS, description="Empty, or one for each button.")
+    frame_id: str | None = frame("Which stick it is.")
+    timestamp: int | None = stamp()
+
+    @model_validator(mode="after")
+    def _lengths_match(self) -> Self:
+        check_lengths("axes", len(self.axes), axis_names=self.axis_names)
+        check_lengths("buttons", len(self.buttons), button_names=self.button_names)
+        return self
 
 
 class Temperature(StandardMessage):

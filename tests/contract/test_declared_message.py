@@ -8,8 +8,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
-from pydantic import BaseModel
+from pydantic import AliasChoices, BaseModel, Field, TypeAdapter
 
 from mosaic_core import DataChannelBidirectional, DataChannelSendable, Handler, Message, MosaicError
 from mosaic_core.testing import collect, fake_host
@@ -107,9 +108,9 @@ def test_a_shape_is_validated_once(monkeypatch: pytest.MonkeyPatch) -> None:
     fake_host(meter)
     usual = Counted.model_validate
 
-    def counted(value: Any) -> Any:
+    def counted(value: Any, **how: Any) -> Any:
         validated.append(value)
-        return usual(value)
+        return usual(value, **how)
 
     monkeypatch.setattr(Counted, "model_validate", counted)
     for number in range(5):
@@ -140,6 +141,99 @@ def test_elsewhere_the_message_is_refused_and_counted_and_its_field_named_once(
     ]
 
 
-def test_a_message_that_must_have_a_number_is_not_made_of_nan() -> None:
-    with pytest.raises(ValueError, match="angle_rad"):
-        Scan(angle_rad=math.nan)
+class Cloud(Message):
+    scan: Scan | None = None
+    percent: float = Field(default=0.0, ge=0, le=100)
+    heights_m: list[float | None] = Field(default=[])
+    by_name: dict[str, float] = Field(default={})
+    anything: Any = None
+
+
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("said", "field"),
+    [
+        ({"percent": NAN}, "percent"),
+        ({"percent": np.float32("inf")}, "percent"),
+        ({"percent": "nan"}, "percent"),
+        ({"by_name": {"a": 1.0, "b": -math.inf}}, "by_name.b"),
+        ({"anything": NAN}, ""),
+        ({"scan": {"angle_rad": NAN, "range_m": 1.0}}, "scan.angle_rad"),
+        ({"scan": Scan(angle_rad=NAN)}, "scan.angle_rad"),
+    ],
+)
+def test_a_message_of_a_number_that_is_none_is_made_and_refused_where_it_is_sent(
+    said: dict[str, Any], field: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Sends(DataChannelSendable[Cloud]):
+        pass
+
+    sends = Sends("it")
+    fake_host(sends)
+    with caplog.at_level(logging.WARNING, "mosaic_core"):
+        assert sends.send(Cloud(**said)) is (field == "")
+    told = [record.message for record in caplog.records]
+    assert [text.partition(" of a message")[0] for text in told] == ([f"connector 'it': {field}"] if field else [])
+
+
+def test_what_may_be_absent_is_sent_beside_it_as_null() -> None:
+    class Sends(DataChannelSendable[Cloud]):
+        pass
+
+    sends = Sends("it")
+    fake_host(sends)
+    made = Cloud(heights_m=[1.0, NAN], scan=Scan(angle_rad=1.0, range_m=NAN))
+    assert sends.send(made)
+    assert sent_by(sends)[0]["heights_m"] == [1.0, None]
+    assert sent_by(sends)[0]["scan"] == {"angle_rad": 1.0, "range_m": None}
+    assert Scan(angle_rad=NAN, range_m=math.inf).range_m is None
+
+
+@pytest.mark.parametrize("said", [{"percent": "much"}, {"percent": 101.0}, {"percent": NAN, "scan": 3}])
+def test_any_other_mistake_is_told_where_the_message_is_made(said: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="validation error"):
+        Cloud(**said)
+
+
+@pytest.mark.parametrize(
+    "received", [{"percent": NAN}, {"scan": {"angle_rad": NAN}}, {"by_name": {"a": NAN}}, {"anything": NAN}]
+)
+def test_what_is_received_never_has_one(received: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="validation error"):
+        Cloud.model_validate(received)
+    with pytest.raises(ValueError, match="validation error"):
+        TypeAdapter(list[Cloud]).validate_python([received])
+
+
+def test_a_keyword_that_is_no_field_is_told_with_its_line_and_the_nearest() -> None:
+    with pytest.raises(MosaicError) as caught:
+        Scan(angle_rad=1.0, range_n=2.0)
+    assert caught.value.code == "plugin.wrong_message"
+    line = test_a_keyword_that_is_no_field_is_told_with_its_line_and_the_nearest.__code__.co_firstlineno + 2
+    assert str(caught.value) == (
+        f"{__file__}:{line}: Scan has no field 'range_n'; did you mean 'range_m'? It has: angle_rad, range_m. "
+        "Whatever else a device says is left out by Scan.model_validate(…)."
+    )
+    assert Scan.model_validate({"angle_rad": 1.0, "range_n": 2.0}).range_m is None
+
+
+def test_keywords_are_also_aliases_and_whatever_a_message_keeps() -> None:
+    class Named(Message):
+        speed: float = Field(default=0.0, alias="v")
+        more: float = Field(default=0.0, validation_alias=AliasChoices("m", "n"))
+
+    class Keeps(Message, extra="allow"):
+        pass
+
+    assert Named(v=1.0, n=2.0).more == 2.0
+    assert Keeps(whatever=1).model_dump() == {"whatever": 1}
+
+
+def test_an_attribute_that_was_set_to_another_type_is_told_where_it_is_sent() -> None:
+    lidar, scan = Lidar(), Scan(angle_rad=1.0)
+    fake_host(lidar)
+    scan.angle_rad = "far"  # type: ignore[assignment]
+    with pytest.raises(MosaicError, match=r"declares Scan and sends Scan \(angle_rad: Input should be a valid number"):
+        lidar.send(scan)

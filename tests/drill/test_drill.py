@@ -16,6 +16,7 @@ from mosaic_core.drill import findings as drill_findings
 from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
+from mosaic_core.drill.positions import in_words
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
 from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.position_slew import PositionSlew
@@ -372,6 +373,52 @@ async def test_an_arm_passes_every_exercise_that_is_for_positions() -> None:
     assert skipped == {"frozen-picture"}
     assert [one for name, one in found.items() if one.verdict != "passed" and name not in skipped] == []
     assert found["holds-position"].limit == "angle_deg = 62.5"
+
+
+class SevenJoints(Joints):
+    item_names = tuple(f"joint_{number}" for number in range(7))
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.is_at = dict.fromkeys(self.item_names, 1.0)
+
+
+async def test_of_an_arm_with_many_joints_a_line_is_told_and_all_are_exercised() -> None:
+    entry = connector(
+        made_by(SevenJoints), label="arm",
+        safety={"limits": {"positions.*": {"min": -2, "max": 2}}, "max_rate_hz": 40},
+    )  # fmt: skip
+    found = await findings(entry, only=("holds-position", "silence", "stop", "not-a-number", "out-of-range"))
+    assert {one.verdict for one in found.values()} == {"passed"}, found
+    assert found["holds-position"].limit == "positions.joint_0 = -2 and 6 more"
+
+
+async def test_one_of_many_joints_that_swings_is_named() -> None:
+    class OneSwings(SevenJoints):
+        has_been_safe = False
+
+        def handle_data(self, data: JointTarget) -> None:
+            super().handle_data(data)
+            self.is_at["joint_5"] -= 0.5 if self.has_been_safe else 0.0
+
+        def make_safe(self, cause: str) -> None:
+            self.has_been_safe = True
+
+    entry = connector(made_by(OneSwings), label="arm", safety={"max_rate_hz": 40})
+    found = (await findings(entry, live=True, only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit) == ("failed", "positions.joint_5 = 1")
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ({"a": 1.0}, "a = 1"),
+        ({"a": 1.0, "b": -0.5}, "a = 1 and b = -0.5"),
+        ({"a": 1.0, "b": -0.5, "c": 0.0}, "a = 1 and 2 more"),
+    ],
+)
+def test_positions_are_told_in_one_line(places: dict[str, float], words: str) -> None:
+    assert in_words(places) == words
 
 
 @pytest.mark.parametrize("handler", [Arm, Folds])

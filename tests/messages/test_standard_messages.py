@@ -17,9 +17,9 @@ from mosaic_core.words.wire_model import to_json
 
 IDS = {
     "mosaic/BatteryState@1", "mosaic/Diagnostic@1", "mosaic/GpsFix@1", "mosaic/GripperTarget@1",
-    "mosaic/ImageAnnotations@1", "mosaic/Imu@1", "mosaic/JointState@1", "mosaic/JointTarget@1", "mosaic/LaserScan@1",
-    "mosaic/Log@1", "mosaic/OccupancyGrid@1", "mosaic/Odometry@1", "mosaic/Path@1", "mosaic/Pose@1", "mosaic/Range@1",
-    "mosaic/Temperature@1", "mosaic/Transform@1", "mosaic/Twist@1",
+    "mosaic/ImageAnnotations@1", "mosaic/Imu@1", "mosaic/JointState@1", "mosaic/JointTarget@1", "mosaic/Joy@1",
+    "mosaic/LaserScan@1", "mosaic/Log@1", "mosaic/OccupancyGrid@1", "mosaic/Odometry@1", "mosaic/Path@1",
+    "mosaic/Pose@1", "mosaic/Range@1", "mosaic/Temperature@1", "mosaic/Transform@1", "mosaic/Twist@1",
 }  # fmt: skip
 EACH = pytest.mark.parametrize("message", STANDARD_MESSAGES.values(), ids=lambda message: message.__name__)
 

@@ -46,6 +46,19 @@ def scans(draw: st.DrawFn) -> m.LaserScan:
 
 
 @st.composite
+def sticks(draw: st.DrawFn) -> m.Joy:
+    axes, buttons = draw(st.lists(st.floats(-1, 1), max_size=8)), draw(st.lists(st.integers(0, 1), max_size=8))
+    return m.Joy(
+        axes=axes,
+        buttons=buttons,
+        axis_names=draw(st.just([]) | st.lists(texts, min_size=len(axes), max_size=len(axes))),
+        button_names=draw(st.just([]) | st.lists(texts, min_size=len(buttons), max_size=len(buttons))),
+        frame_id=draw(frames),
+        timestamp=draw(times),
+    )
+
+
+@st.composite
 def grids(draw: st.DrawFn) -> m.OccupancyGrid:
     width, height = draw(st.integers(0, 5)), draw(st.integers(0, 5))
     data = draw(st.lists(st.integers(-1, 100), min_size=width * height, max_size=width * height))
@@ -91,6 +104,7 @@ STRATEGIES: dict[type[m.StandardMessage], st.SearchStrategy[Any]] = {
     m.Range: st.builds(
         m.Range, range=st.none() | numbers, range_max=numbers, radiation=st.sampled_from([None, "radar"])
     ),
+    m.Joy: sticks(),
     m.Temperature: st.builds(m.Temperature, temperature_c=st.floats(-270, 1e4), timestamp=times),
     m.BatteryState: st.builds(
         m.BatteryState,

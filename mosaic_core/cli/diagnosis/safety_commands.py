@@ -22,6 +22,8 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, help="Exercise wha
 
 _TABLE_WIDTH = 110
 """On a narrower terminal the reasons stand below the table."""
+_WRAPPED = ("limit", "measured", "why")
+"""Columns that give way where a line is too long: who reads must always see what was exercised, of which connector."""
 _STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
@@ -105,7 +107,7 @@ def _show(found: list[DrillFinding], console: Console, *, live: bool) -> None:
     table = Table(box=None, pad_edge=False, header_style="bold")
     is_wide = console.width >= _TABLE_WIDTH
     for name in ("what", "connector", "limit", "measured", "gate", "", *(["why"] if is_wide else [])):
-        table.add_column(name, no_wrap=name != "why", overflow="fold")
+        table.add_column(name, no_wrap=name not in _WRAPPED, overflow="fold")
     for one in found:
         verdict = Text(one.verdict, style=_STYLES[one.verdict])
         table.add_row(

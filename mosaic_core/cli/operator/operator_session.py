@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import sys
+import threading
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import typer
@@ -86,8 +89,8 @@ def run(
     shows_timeline: bool = False,
     interrupted: str = "",
 ) -> int:
-    """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look; where it cuts something short,
-    ``interrupted`` is told, and it is a failure.
+    """Sign in, do ``work``, sign off; the exit code. Ctrl+C, as SIGTERM, is the normal end of a look; where it cuts
+    something short, ``interrupted`` is told, and it is a failure.
 
     ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons. How far a
     connection got that failed is always shown, that of others with ``shows_timeline``.
@@ -95,6 +98,7 @@ def run(
     set_up_logging(LogLevel.WARNING)
 
     async def main() -> int:
+        _end_by_sigterm()
         async with await sign_in.operator(is_person=is_person) as operator:
             try:
                 return await work(operator)
@@ -103,10 +107,19 @@ def run(
 
     try:
         return run_event_loop(main())
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, asyncio.CancelledError):
         if interrupted:
             typer.echo(interrupted, err=True)
         return FAILED if interrupted else FINE
+
+
+def _end_by_sigterm() -> None:
+    """A service that is stopped gives its lease back too. Where there are no such signals, or off the main thread, the
+    robot's own time-outs hold it."""
+    ends = asyncio.current_task()
+    if ends is not None and threading.current_thread() is threading.main_thread():
+        with suppress(NotImplementedError):
+            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, ends.cancel)
 
 
 def _show_timelines(operator: MosaicOperator, *, shows_all: bool) -> None:
@@ -139,7 +152,7 @@ async def _labels(operator: MosaicOperator, robot: RobotSummary) -> list[str]:
         return []
     if catalogue is None:
         catalogue = described_catalogue(await operator.rest.described(robot.id))
-    return [entry.label for entry in catalogue.apart()]
+    return [entry.label for entry in catalogue.entries]
 
 
 async def connected(

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import sys
 from collections.abc import Callable
 from importlib.metadata import EntryPoint
-from pathlib import Path
-from traceback import extract_tb
 from typing import Any
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
-from mosaic_core.words.errors import PluginError
-
-_CORE = str(Path(__file__).parents[2])
+from mosaic_core.runtime.threads.code_places import explained_error, standing_at
+from mosaic_core.runtime.threads.slow_code import told_when_slow
+from mosaic_core.words.errors import PluginError, hint_at
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
@@ -30,16 +27,26 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     try:  # an import may fail in any way, even by sys.exit()
         if local is not None:
             local.prepare()
-        loaded = entry_point.load()
+        with told_when_slow(f"the import of connector type '{entry_point.name}' of {source}"):
+            loaded = entry_point.load()
     except (Exception, SystemExit) as error:
         explained = explained_error(error) if local is None else local.explained(error)
-        raise broken(explained) from error
+        raise broken(_without_name(entry_point) or explained) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
         at = standing_at(loaded) if local is None else ""
         raise broken(f"{named} is not a Configurer class{at}")
     _check(loaded, entry_point, broken)
     return loaded
+
+
+def _without_name(entry_point: EntryPoint) -> str:
+    """What its module has instead of the name that the entry point gives; empty where that is not what is wrong."""
+    module = sys.modules.get(entry_point.module)
+    if module is None or not entry_point.attr or hasattr(module, entry_point.attr.partition(".")[0]):
+        return ""
+    there_is = hint_at(entry_point.attr, vars(module)).removesuffix(".")
+    return f"its entry point names {entry_point.attr}, which {module.__file__} does not have{there_is}"
 
 
 def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Callable[[str], PluginError]) -> None:
@@ -56,33 +63,6 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Calla
     model: object = loaded.params_model
     if not (isinstance(model, type) and issubclass(model, Params)):
         raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params{at}")
-
-
-def explained_error(error: BaseException) -> str:
-    """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
-    place = _place_of(error)
-    return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
-
-
-def _place_of(error: BaseException) -> str:
-    """The innermost line that is neither the framework's nor the import system's."""
-    if isinstance(error, SyntaxError) and error.filename:
-        return f"{error.filename}:{error.lineno}"
-    frames = [
-        frame
-        for frame in extract_tb(error.__traceback__)
-        if not frame.filename.startswith(("<frozen", _CORE)) and Path(frame.filename).parent.name != "importlib"
-    ]
-    inner = next((one for one in reversed(frames) if "importlib" not in Path(one.filename).parts), None)
-    return f"{inner.filename}:{inner.lineno}" if inner is not None else ""
-
-
-def standing_at(thing: object) -> str:
-    """`` (FILE:LINE)`` of a class or function; nothing where its source can't be found."""
-    try:
-        return f" ({inspect.getsourcefile(thing)}:{inspect.getsourcelines(thing)[1]})"  # type: ignore[arg-type]
-    except (OSError, TypeError):
-        return ""
 
 
 def api_version(configurer: type) -> object:

@@ -27,6 +27,8 @@ HOLD_NEAR_RAD = 0.05
 """A joint this near to its goal has arrived: held where it is instead, it would sink a little at every stop."""
 MAX_STEP_S = 0.1
 """After a longer gap between two turns a joint goes on, instead of catching up."""
+SILENCE = "safety.timeout"
+"""The one cause that speaks of a single connector; a stop or a loss is of all."""
 OPENING = DeviceGone("the arm is not open yet", "Wait a moment.")
 
 
@@ -56,6 +58,7 @@ class Arm:
         self._rates: dict[str, float] = {}
         self._strength: dict[str, float] = {}
         self._mover: object = None
+        self._aimed_by: dict[str, object] = {}
         self._wants_power = not is_free
         self._attempts = 0
         self._was_open = False
@@ -120,18 +123,30 @@ class Arm:
             for name, angle_rad in angles_rad.items():
                 self._goals[name] = goal = self.joints[name].within(angle_rad)
                 self._rates[name] = abs(goal - self._sent[name]) / duration_s if duration_s else math.inf
+                self._aimed_by[name] = by
                 if strength_percent is not None:
                     self._strength[name] = strength_percent
             self._mover = by
 
-    def hold(self) -> None:
-        """Stand still, at once. The gripper presses on as it does: what it holds would fall."""
+    def make_safe(self, cause: str, by: object) -> None:
+        """Hold what ``by`` moves if it only fell silent, for another connector may go on; after anything else, such as
+        a stop, a lost lease or a lost operator, hold all."""
+        self.hold(by if cause == SILENCE else None)
+
+    def hold(self, aimed_by: object | None = None) -> None:
+        """Stand still, at once. The gripper presses on as it does: what it holds would fall. ``aimed_by``: only the
+        joints that were told by this one last, for it fell silent and others may go on."""
         with self._lock:
             for name in self._goals:
-                standing = self._sent[name] if name == self._gripper else self._standing(name)
-                if standing is not None:
-                    self._goals[name] = self._sent[name] = standing
-            self._mover = None
+                if aimed_by is None or self._aimed_by.get(name) is aimed_by:
+                    self._stay(name)
+            if aimed_by is None or self._mover is aimed_by:
+                self._mover = None
+
+    def _stay(self, name: str) -> None:
+        standing = self._sent[name] if name == self._gripper else self._standing(name)
+        if standing is not None:
+            self._goals[name] = self._sent[name] = standing
 
     def power(self, *, on: bool) -> None:
         """Let the motors go, or hold the arm where it is then. Takes effect in the next turn. Raises :class:`Refused`

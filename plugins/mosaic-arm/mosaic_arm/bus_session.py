@@ -16,6 +16,11 @@ from mosaic_core.messages import wall_time_us
 
 SILENT_S = 0.3
 """A motor whose replies are lost for so long is gone: at 100 turns a second that is no noise any more."""
+FASTEST_TICKS_PER_S = 8000.0
+"""Twelve radians a second: no such servo turns faster, so a reading that says so is noise that has a right checksum by
+chance (one of 256 has, of Feetech's)."""
+NOISE_TICKS = 100
+"""A jump so small does no harm, however short the time."""
 FIRST_READS = 10
 """One lost reply in the first turn shall not open the bus again."""
 
@@ -34,6 +39,7 @@ class BusSession:
         self._stack: ExitStack | None = None
         self._readings: dict[str, MotorReading] = {}
         self._heard_at_s: dict[str, float] = {}
+        self._doubted: dict[str, int] = {}
         self.has_power = False
         self.lost_replies = 0
 
@@ -51,7 +57,7 @@ class BusSession:
             self._bus.limit_torque({joint.motor: self._params.torque_percent for joint in self._joints})
             self._stack = stack.pop_all()
         self.has_power = False
-        self._heard_at_s = {}
+        self._heard_at_s, self._doubted = {}, {}
 
     def _check_present(self) -> None:
         missing = set(self._bus.missing())
@@ -82,10 +88,10 @@ class BusSession:
         raise DeviceGone(f"motors on {self._params.port} tell no position: {silent}", "Look at their cables.")
 
     def read(self, now_s: float) -> ArmSnapshot:
-        """Where all joints are; one whose reply was lost is where it was."""
+        """Where all joints are; one whose reply was lost, or can't be true, is where it was."""
         replies = self._bus.read()
         for joint in self._joints:
-            if joint.motor in replies:
+            if joint.motor in replies and self._is_possible(joint.name, replies[joint.motor].ticks, now_s):
                 self._readings[joint.name] = replies[joint.motor]
                 self._heard_at_s[joint.name] = now_s
             else:
@@ -99,6 +105,17 @@ class BusSession:
             speeds_radps={name: scale.speed_radps(self._readings[name].ticks_per_s) for name, scale in scales.items()},
             motors=dict(self._readings),
         )
+
+    def _is_possible(self, name: str, ticks: int, now_s: float) -> bool:
+        """Whether it may be there, after where it was; what is said twice is believed."""
+        most = max(NOISE_TICKS, FASTEST_TICKS_PER_S * (now_s - self._heard_at_s.get(name, now_s)))
+        doubted = self._doubted.pop(name, None)
+        if abs(ticks - self._readings[name].ticks) <= most:
+            return True
+        if doubted is not None and abs(ticks - doubted) <= NOISE_TICKS:
+            return True
+        self._doubted[name] = ticks
+        return False
 
     def _check_heard(self, now_s: float) -> None:
         for joint in self._joints:

@@ -45,7 +45,7 @@ class ArmGripper(DataChannelReceivable[GripperTarget]):
 
     def make_safe(self, cause: str) -> None:
         """Safety thread: what it holds stays held."""
-        self._arm.hold()
+        self._arm.make_safe(cause, self)
 
 
 class ArmGripperConfigurer(DataChannelConfigurer[PartParams]):

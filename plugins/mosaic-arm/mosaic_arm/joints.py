@@ -45,7 +45,7 @@ class ArmJoints(DataChannelReceivable[JointTarget]):
 
     def make_safe(self, cause: str) -> None:
         """Safety thread: it stays where it is, and is not let go, for it would fall."""
-        self._arm.hold()
+        self._arm.make_safe(cause, self)
 
 
 class ArmJointsConfigurer(DataChannelConfigurer[PartParams]):

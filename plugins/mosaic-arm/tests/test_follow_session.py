@@ -62,6 +62,27 @@ async def test_the_follower_comes_and_follows_a_leader_that_a_hand_lets_down(
     assert lines[-1]["refusals"] == 0
 
 
+@pytest.mark.parametrize(
+    ("sent", "code", "says"),
+    [
+        ('{"names": ["elbow_flex"], "positions": [NaN]}', "safety.not_finite", "NaN"),
+        ('{"names": ["elbow_flexx"], "positions": [0.1]}', "safety.out_of_range", "elbow_flexx"),
+        ('{"names": ["elbow_flex"], "positions": []}', "safety.out_of_range", "positions"),
+    ],
+)
+async def test_whoever_sends_what_can_not_be_is_told_why(sent: str, code: str, says: str) -> None:
+    async with robot_with_an_arm() as link, await link.connection.control.take("arm"):
+        refusals: asyncio.Queue[Any] = asyncio.Queue()
+        link.connection.on_refusal(refusals.put_nowait)
+        store = link.connection.sendable("joints")
+        await store.wait_open()
+        store.send_data(sent)
+        async with asyncio.timeout(20):
+            refusal = await refusals.get()
+    assert (refusal.label, refusal.code) == ("joints", code)
+    assert says in refusal.message
+
+
 async def test_a_leader_that_is_not_there_takes_no_lease(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mosaic_arm.commands.follow_session.LEADER_OPENS_S", 0.2)
     async with robot_with_an_arm() as link:

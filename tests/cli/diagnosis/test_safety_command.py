@@ -75,6 +75,23 @@ def test_on_a_narrow_terminal_the_reasons_stand_below(capsys: pytest.CaptureFixt
     assert lines[3:] == [f"stop, base: {why}", "1 passed, 1 failed, 0 skipped"]
 
 
+@pytest.mark.parametrize("width", [80, 100, 120, 160])
+def test_a_long_limit_gives_way_and_what_was_exercised_of_whom_stays_readable(
+    width: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    limit = "positions.a_joint_whose_name_is_long_enough_for_a_whole_line_of_its_own = -3.14083 and 5 more"
+    found = [
+        DrillFinding("holds-position", "left_arm_joints", "passed", limit, "it stayed", "because " * 12),
+        DrillFinding("old-epoch", "left_arm_joints", "passed", "lease.old_epoch", "lease.old_epoch", gate="epoch"),
+    ]
+    _show(found, Console(width=width, color_system=None), live=True)
+    lines = capsys.readouterr().out.splitlines()
+    for exercise in ("holds-position", "old-epoch"):
+        row = next(line for line in lines if line.startswith(f"{exercise} "))
+        assert row.split()[1] == "left_arm_joints"
+        assert "passed" in row
+
+
 def test_the_drill_speaks_json(mosaic: Callable[..., Any], base_yaml: Path) -> None:
     ended = mosaic("safety", "drill", str(base_yaml), "--only", "leaves", "--json")
     lines = [json.loads(line) for line in ended.out.splitlines()]

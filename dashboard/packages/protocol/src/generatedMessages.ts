@@ -15,6 +15,7 @@ export const SCHEMA_IDS = {
   GpsFix: 'mosaic/GpsFix@1',
   LaserScan: 'mosaic/LaserScan@1',
   Range: 'mosaic/Range@1',
+  Joy: 'mosaic/Joy@1',
   Temperature: 'mosaic/Temperature@1',
   BatteryState: 'mosaic/BatteryState@1',
   ImageAnnotations: 'mosaic/ImageAnnotations@1',
@@ -191,6 +192,22 @@ export interface JointTarget {
   positions: readonly number[]
   /** Be there in so much time; absent: as fast as is allowed. (s) */
   duration_s?: number
+}
+
+/** How a joystick, a gamepad or a 3D mouse stands. It is said twice a second at least: whoever moves something by it stops where it falls silent. */
+export interface Joy {
+  /** -1 to 1, 0 let go; triggers and throttles 0 to 1. A dead zone is taken off. */
+  axes: readonly number[]
+  /** 0 let go, 1 pressed. */
+  buttons: readonly number[]
+  /** Empty, or one for each axis. */
+  axis_names: readonly string[]
+  /** Empty, or one for each button. */
+  button_names: readonly string[]
+  /** Which stick it is. */
+  frame_id?: string
+  /** Since 1970-01-01 UTC. (µs) */
+  timestamp?: number
 }
 
 /** One turn of a planar scanner; angles count counter-clockwise from straight ahead. */

@@ -13,6 +13,7 @@ import {
   IconChartLine,
   IconCompass,
   IconCube,
+  IconDeviceGamepad2,
   IconListNumbers,
   IconMapPin,
   IconMessage,
@@ -146,6 +147,14 @@ export const widgets: readonly WidgetDefinition[] = [
     accepts: { dataTypes: TO_ROBOT, schemas: standard('GripperTarget'), priority: 50 },
     ...panel(2),
     Component: lazyWidget(() => import('./JointCommand/GripperCommand').then((file) => file.GripperCommand)),
+  },
+  {
+    id: 'joystick',
+    title: 'Stick',
+    icon: IconDeviceGamepad2,
+    accepts: { dataTypes: FROM_ROBOT, fields: [['axes', 'buttons']], schemas: standard('Joy'), priority: 50 },
+    ...panel(4),
+    Component: lazyWidget(() => import('./Joystick/Joystick').then((file) => file.Joystick)),
   },
   {
     id: 'diagnostics',

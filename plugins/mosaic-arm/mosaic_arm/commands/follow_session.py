@@ -55,7 +55,7 @@ def state_label(catalogue: Catalogue | None, wanted: str) -> str:
     if it is not clear which."""
     if wanted or catalogue is None:
         return wanted
-    found = [one.label for one in catalogue.apart() if JointState.schema_id in (one.schema_id, one.sent_schema_id)]
+    found = [one.label for one in catalogue.entries if JointState.schema_id in (one.schema_id, one.sent_schema_id)]
     if len(found) == 1:
         return found[0]
     raise wrong_way("--state", f"must name where the joints are; there are: {', '.join(found) or 'none'}")
@@ -122,7 +122,7 @@ class _Lead:
 
     def _refused(self, refusal: Refusal) -> None:
         self._refusals += refusal.count or 1
-        self._last_refusal = refusal.code
+        self._last_refusal = f"{refusal.code}: {refusal.message}" if refusal.message else refusal.code
 
     async def _send(self) -> None:
         """Raises :class:`DeviceGone` when the leader's bus is lost: the follower's time-out then holds it."""

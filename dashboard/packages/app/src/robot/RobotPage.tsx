@@ -1,4 +1,4 @@
-import { entriesApart, nearestName, type CatalogueEntry, type RobotConnection, type RobotSummary } from '@mosaic/client'
+import { nearestName, type CatalogueEntry, type RobotConnection, type RobotSummary } from '@mosaic/client'
 import { useControl, useMosaicClient, useReadable, useRobotConnection, useRobots } from '@mosaic/react'
 import { Button } from '@mantine/core'
 import {
@@ -75,7 +75,7 @@ function OneRobot({ robotId }: { robotId: string }) {
       {catalogue === null ? (
         <NoCatalogue connection={connection} robot={robot} />
       ) : (
-        <Board robotId={robotId} entries={entriesApart(catalogue)} views={views} />
+        <Board robotId={robotId} entries={catalogue.entries} views={views} />
       )}
       {isDescribed && robot !== undefined && <DescribeMore robot={robot} />}
       <ControlFrame robotId={robotId} />

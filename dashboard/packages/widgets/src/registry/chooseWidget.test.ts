@@ -1,4 +1,4 @@
-import { entriesApart, messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
+import { messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
 import { widgets } from '../widgets'
@@ -59,6 +59,7 @@ describe('a connector is shown by', () => {
     expect(chosen({ schemaId: 'mosaic/OccupancyGrid@1' })).toBe('map')
     expect(chosen({ schemaId: 'mosaic/JointState@1' })).toBe('joints')
     expect(chosen({ schemaId: 'mosaic/JointTarget@1', dataType: 'json-u2r' })).toBe('joint-command')
+    expect(chosen({ schemaId: 'mosaic/Joy@1' })).toBe('joystick')
     expect(chosen({ schemaId: 'mosaic/GripperTarget@1', dataType: 'json-u2r' })).toBe('gripper-command')
     expect(chosen({ schemaId: 'mosaic/Diagnostic@1' })).toBe('diagnostics')
     expect(chosen({ schemaId: 'mosaic/BatteryState@2', messageSchema: object('x') })).toBe('value-cards')
@@ -97,27 +98,27 @@ describe('a connector is shown by', () => {
   })
 })
 
-describe('of a connector with several handlers', () => {
-  const channels = [
-    { label: 'arm', dataType: 'json-u2r', delivery: 'latest', schemaId: 'mosaic/JointTarget@1' },
-    { label: 'arm_base', dataType: 'json-u2r', delivery: 'latest', schemaId: 'mosaic/Twist@1' },
-    { label: 'arm_state', dataType: 'json-r2u', delivery: 'reliable', schemaId: 'mosaic/JointState@1' },
-    { label: 'arm_load', dataType: 'json-r2u', delivery: 'reliable', widget: 'time-plot', messageSchema: object('newton') },
-    { label: 'arm_talk', dataType: 'json-bi', delivery: 'reliable', messageSchema: object('grip'), sentSchema: object('force') },
-    { label: 'arm_power', dataType: 'json-bi', delivery: 'reliable', sentSchemaId: 'mosaic/BatteryState@1' },
-  ] as const
-
-  test('every channel has a card, with the widget that fits it best', () => {
-    const shown = entriesApart({ entries: [entry({ label: 'arm', dataType: 'json-u2r', channels })] })
-    expect(shown.map((one) => [one.label, chooseWidget(widgets, one)?.id])).toEqual([
-      ['arm', 'joint-command'],
-      ['arm_base', 'drive-pad'],
-      ['arm_state', 'joints'],
-      ['arm_load', 'time-plot'],
-      ['arm_talk', 'json-sender'],
-      ['arm_power', 'battery'],
-    ])
-  })
+test('every handler of a connector has a card, with the widget that fits it best', () => {
+  const shown = [
+    entry({ label: 'arm', dataType: 'json-u2r', schemaId: 'mosaic/JointTarget@1' }),
+    entry({ label: 'arm_base', dataType: 'json-u2r', schemaId: 'mosaic/Twist@1' }),
+    entry({ label: 'arm_state', dataType: 'json-r2u', direction: 'to-operator', schemaId: 'mosaic/JointState@1' }),
+    entry({ label: 'arm_load', dataType: 'json-r2u', direction: 'to-operator', widget: 'time-plot', messageSchema: object('newton') }),
+    entry({ label: 'arm_talk', dataType: 'json-bi', direction: 'both', messageSchema: object('grip'), sentSchema: object('force') }),
+    entry({ label: 'arm_power', dataType: 'json-bi', direction: 'both', sentSchemaId: 'mosaic/BatteryState@1' }),
+    entry({ label: 'arm_left', dataType: 'media', kind: 'video' }),
+    entry({ label: 'arm_ear', dataType: 'media', kind: 'audio', direction: 'to-operator' }),
+  ]
+  expect(shown.map((one) => [one.label, chooseWidget(widgets, one)?.id])).toEqual([
+    ['arm', 'joint-command'],
+    ['arm_base', 'drive-pad'],
+    ['arm_state', 'joints'],
+    ['arm_load', 'time-plot'],
+    ['arm_talk', 'json-sender'],
+    ['arm_power', 'battery'],
+    ['arm_left', 'video'],
+    ['arm_ear', 'audio'],
+  ])
 })
 
 test('what goes both ways is a form where only what operators send is known, and values where only the rest is', () => {

@@ -1,0 +1,1 @@
+"""``mosaic joystick``: which sticks there are, and driving by one."""
