@@ -144,4 +144,4 @@ def test_a_depth_camera_is_its_picture_its_depth_in_colours_and_a_cloud(
         expect(page.get_by_text(re.compile(r"1\d,\d{3} points · [\d.]+ Hz"))).to_be_visible(timeout=20_000)
         expect(page.get_by_text(re.compile(r"^119\.5"))).to_be_visible()
         if PICTURES:
-            page.screenshot(path=f"{PICTURES}/depth-camera.png", full_page=True)
+            page.screenshot(path=f"{PICTURES}/depth-camera.png")
