@@ -40,7 +40,7 @@ class CameraIntrinsics(Message):
     fy_px: float = Field(json_schema_extra=unit("px"))
     cx_px: float = Field(json_schema_extra=unit("px"))
     cy_px: float = Field(json_schema_extra=unit("px"))
-    frame_id: str
+    frame_id: str | None = None
 
 
 class IntrinsicsSender(DataChannelSendable[CameraIntrinsics]):
@@ -74,7 +74,7 @@ class DepthCloud(PointCloudSender):
         height_px, width_px = frame.depth_m.shape
         of = frame.intrinsics
         return CameraIntrinsics(
-            width_px=width_px, height_px=height_px, frame_id=self.params.frame_id,
+            width_px=width_px, height_px=height_px, frame_id=self.params.frame_id or None,
             fx_px=of.fx_px, fy_px=of.fy_px, cx_px=of.cx_px, cy_px=of.cy_px,
         )  # fmt: skip
 

@@ -36,8 +36,8 @@ class FakeDepthCamera:
         with np.errstate(divide="ignore"):
             floor_m = np.where(self._down > 0, HEIGHT_M / self._down, np.inf)
         depth = np.broadcast_to(np.minimum(floor_m, WALL_M), (height, width)).astype(np.float32)
-        depth[:, : max(1, int(width * BLIND_SHARE))] = 0
         self._depth_m = depth
+        self._blind_px = max(1, int(width * BLIND_SHARE))
         is_floor = np.broadcast_to(floor_m < WALL_M, (height, width))
         self._colour = np.where(is_floor[..., None], (90, 120, 140), (200, 190, 170)).astype(np.uint8)
 
@@ -62,4 +62,5 @@ class FakeDepthCamera:
         depth, colour = self._depth_m.copy(), self._colour.copy()
         depth[is_ball] = BALL_M - np.sqrt(square[is_ball])
         colour[is_ball] = (40, 60, 220)
+        depth[:, : self._blind_px] = 0
         return DepthFrame(colour, depth, self._intrinsics)
