@@ -1,5 +1,5 @@
-"""Whatever moves among all installed connectors and drives passes the whole drill, and really acts. A new one is drilled
-as soon as it has an entry point.
+"""Whatever moves among all installed connectors and drives passes the whole drill, and really acts. A new one is
+drilled as soon as it has an entry point.
 """
 
 from __future__ import annotations

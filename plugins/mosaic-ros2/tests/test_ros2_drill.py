@@ -62,7 +62,8 @@ async def test_an_arm_that_tells_where_it_is_passes_the_whole_drill(node: RosNod
     heard = node.subscription("/arm/joint_trajectory", TRAJECTORY)
     states = node.publisher("/joint_states", "sensor_msgs/msg/JointState")
     params = {**here, "topic": "/arm/joint_trajectory", "type": TRAJECTORY, "joints": ["shoulder", "elbow"]}
-    limits = dict.fromkeys(["shoulder", "elbow"], {"min": -1.5, "max": 1.5, "max_rate_per_s": 1.0})
+    reach = {"min": -1.5, "max": 1.5, "max_rate_per_s": 1.0}
+    limits = {"shoulder": reach, "elbow": reach}
     safety = {"timeout_s": 0.5, "max_rate_hz": 40, "limits": limits}
     with repeated(lambda: states.write({"name": ["shoulder", "elbow"], "position": [0.4, -0.3]})):
         assert_safe(await drilled(connector(Ros2PublisherConfigurer, params=params, safety=safety)))
