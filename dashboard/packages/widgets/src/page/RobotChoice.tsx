@@ -36,10 +36,22 @@ export function RobotChoice({ children }: RobotChoiceProps) {
         </NativeSelect>
         {robotId !== undefined && <Controls key={robotId} robotId={robotId} />}
       </header>
-      <main className={classes.board}>
-        {robotId !== undefined && children(robotId)}
-        {robots.length === 0 && <Notice tone="wait" title="There is no robot yet" />}
-      </main>
+      {robots.length === 0 && <Notice tone="wait" title="There is no robot yet" />}
+      {robotId !== undefined && (
+        <Chosen key={robotId} robotId={robotId}>
+          {children(robotId)}
+        </Chosen>
+      )}
+    </>
+  )
+}
+
+function Chosen({ robotId, children }: { robotId: string; children: ReactNode }) {
+  return (
+    <>
+      <LeaseRequests robotId={robotId} />
+      <StoppedBanner robotId={robotId} />
+      <main className={classes.board}>{children}</main>
     </>
   )
 }
@@ -57,10 +69,10 @@ function Controls({ robotId }: { robotId: string }) {
         {phase}
         {why}
       </span>
-      <LeaseButtons robotId={robotId} />
-      <StopButton robotId={robotId} />
-      <LeaseRequests robotId={robotId} />
-      <StoppedBanner robotId={robotId} />
+      <div className={classes.controls} role="group" aria-label="Control of the robot">
+        <LeaseButtons robotId={robotId} />
+        <StopButton robotId={robotId} />
+      </div>
     </>
   )
 }
