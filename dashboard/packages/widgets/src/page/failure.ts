@@ -1,5 +1,6 @@
 import { MosaicError } from '@mosaic/client'
 
+/** What went wrong, and what to do about it, in words for people. */
 export interface Failure {
   code: string
   message: string
@@ -12,7 +13,7 @@ export function signInFailureOf(error: unknown): Failure {
   return failure.code === 'auth.failed' ? { ...failure, cure: 'Check the email and the password.' } : failure
 }
 
-/** What went wrong, and what to do about it, in words for people. */
+/** The failure that an error is, in words for people. */
 export function failureOf(error: unknown): Failure {
   if (error instanceof MosaicError) return { code: error.code, message: error.message, cure: error.cure }
   return { code: '', message: error instanceof Error ? error.message : String(error), cure: '' }
