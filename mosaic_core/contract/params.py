@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from mosaic_core.contract.unsent import may_be_none, unknown_field, with_its_nans
+from mosaic_core.contract.declared.unsent import may_be_none, unknown_field, with_its_nans
 from mosaic_core.words.limits import MotionKind
 
 

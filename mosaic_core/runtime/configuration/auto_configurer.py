@@ -15,7 +15,7 @@ import pluggy
 from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
-from mosaic_core.contract.handler import Handler
+from mosaic_core.contract.handler import Handler, check_made
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
@@ -36,7 +36,7 @@ from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
 from mosaic_core.words.config import LABEL, RobotConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem
 
 Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
 
@@ -176,6 +176,11 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
     bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
     if bad:
         return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+    try:
+        for handler in handlers:
+            check_made(handler)
+    except MosaicError as wrong:
+        return broken(wrong.message)
     return handlers
 
 
@@ -199,6 +204,16 @@ def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, Check
                     checked[connector.config.label].problem(message, "label", code="config.duplicate_label")
                 )
         if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
-            message = f"connector '{connector.config.label}' makes two channels of one name"
-            problems.append(checked[connector.config.label].broken(message))
+            problems.append(_twins(connector, checked[connector.config.label]))
     return problems
+
+
+def _twins(connector: Connector, one: CheckedConnector) -> Problem:
+    """Two handlers of one connector whose label is the same."""
+    labels = [handler.label for handler in connector.handlers]
+    label = next(label for label in labels if labels.count(label) > 1)
+    kinds = [type(handler) for handler in connector.handlers if handler.label == label]
+    places = " and ".join(f"{kind.__name__}{standing_at(kind)}" for kind in kinds)
+    whose = f"connector '{one.config.label}' of {one.installed.source}"
+    cure = 'give each a label of its own, such as f"{self.label}_state"'
+    return one.broken(f"{whose} makes two channels '{label}': {places}", cure=cure)
