@@ -6,7 +6,7 @@ import inspect
 
 from mosaic_core.words.errors import MosaicError
 
-_MAKERS = ("mosaic_core.contract.", "abc")
+_MAKERS = ("mosaic_core.contract.", "abc", "pydantic.")
 """Modules whose code runs while a class is made."""
 
 

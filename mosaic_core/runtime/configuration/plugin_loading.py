@@ -52,7 +52,7 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Calla
     version = api_version(loaded)
     if version != API_VERSION:
         raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}{at}")
-    if not loaded.connector_type:
+    if not loaded.connector_type and entry_point.dist is not None:
         cure = f'write connector_type = "{entry_point.name}" in {loaded.__name__}, as its entry point is called'
         raise broken(f"{loaded.__name__} has no connector_type{at}", cure)
     if loaded.connector_type != entry_point.name:
@@ -113,18 +113,18 @@ def _modules_beside(name: str) -> list[str]:
 
 
 def _at(error: BaseException) -> str:
-    place = _place_of(error)
+    place = place_of(error)
     return f" ({place})" if place else ""
 
 
 def explained_error(error: BaseException) -> str:
     """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
-    place = _place_of(error)
+    place = place_of(error)
     return f"{type(error).__name__}: {error}" + ("" if place in str(error) else _at(error))
 
 
-def _place_of(error: BaseException) -> str:
-    """The innermost line that is neither the framework's nor the import system's."""
+def place_of(error: BaseException) -> str:
+    """``FILE:LINE`` where it was raised: the innermost line that is neither the framework's nor the import system's."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"{error.filename}:{error.lineno}"
     frames = [
