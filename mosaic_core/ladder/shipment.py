@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, guess
+from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver
 from mosaic_core.runtime.widgets import widget_modules
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import MosaicError, guess
 
 MAX_FILES = 400
 """Of one kind, of one distribution: a folder may hold more than a plugin."""

@@ -223,10 +223,12 @@ class Wheel(DataChannelReceivable[Turn]):
     def handle_data(self, data): ...
 
 class WheelConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "wheel"
     def configure(self):
         return Wheel(self.label)
 
 class Stuck(DataChannelConfigurer[NoParams]):
+    connector_type = "stuck"
     def configure(self):
         raise RuntimeError("no wheel")
 """
@@ -337,6 +339,7 @@ class Gauge(DataChannelSendable[str]):
     pass
 
 class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):
+    connector_type = "gauge"
     """Reads a gauge."""
     def configure(self):
         return Gauge(self.label)

@@ -11,9 +11,8 @@ from pydantic_core import ErrorDetails
 
 from mosaic_core.runtime.configuration.mistakes.choices import real_place, told_once
 from mosaic_core.runtime.configuration.mistakes.expectations import EXPLAINED, expectation
-from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
-from mosaic_core.words.errors import Problem
+from mosaic_core.words.errors import Problem, guess
 
 M = TypeVar("M", bound=BaseModel)
 

@@ -12,11 +12,10 @@ from typing import Any
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
-from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.threads.code_places import explained_error, place_of, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import PluginError
+from mosaic_core.words.errors import PluginError, guess
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
@@ -91,7 +90,7 @@ def _configurer_meant(entry_point: EntryPoint) -> str:
     """The configurer of its module that an entry point probably means, or all of them."""
     module = sys.modules.get(entry_point.module)
     known = [name for name, value in vars(module).items() if _is_configurer(value)] if module is not None else []
-    return guess(entry_point.attr, known, f"it has: {', '.join(known)}" if known else "it has no configurer")
+    return guess(entry_point.attr or "", known, f"it has: {', '.join(known)}" if known else "it has no configurer")
 
 
 def _both(cure: str, again: str) -> str:

@@ -22,10 +22,9 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     takes_field,
     with_those_of_all,
 )
-from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import Problem
+from mosaic_core.words.errors import Problem, guess
 from mosaic_core.words.limits import FieldLimit, ImpossibleLimit, MotionKind, clashes
 from mosaic_core.words.safety_config import FieldBounds
 

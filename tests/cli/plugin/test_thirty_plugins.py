@@ -154,7 +154,7 @@ def write_robot(folder: Path, *types: str) -> None:
     (folder / "mosaic_config.yaml").write_text("\n".join([SERVER, "connectors:", *lines, ""]))
 
 
-COUNT = 20 + len(BROKEN) + len(MISLED) + 5
+COUNT = 17 + len(BROKEN) + len(MISLED) + 5
 
 
 def test_the_list_has_all_imports_none_and_marks_what_two_have(mosaic: Any, site: Path) -> None:

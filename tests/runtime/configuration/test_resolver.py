@@ -8,9 +8,9 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, nearest
+from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver
 from mosaic_core.testing.pytest_plugin import InstallDistribution
-from mosaic_core.words.errors import MosaicError, PluginError
+from mosaic_core.words.errors import MosaicError, PluginError, nearest
 
 CONFIGURER = """
 {before}

@@ -6,7 +6,7 @@ import re
 
 from pydantic_core import ErrorDetails
 
-from mosaic_core.runtime.configuration.resolver import guess
+from mosaic_core.words.errors import guess
 from mosaic_core.words.safety_config import FIELD_PATH
 
 _QUOTED = re.compile(r"'([^']*)'")
