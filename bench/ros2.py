@@ -160,14 +160,14 @@ def _site(folder: Path, stack: ExitStack, domain: int) -> tuple[Site, int]:
 
 async def by_socket(serve: Callable[..., None], function: str, name: str, stand: Stand) -> Seen:
     seen = Seen(name)
+    page = await stand.browser.new_page()
+    await page.add_script_tag(content=SOCKETS)
     with other_end(partial(serve, domain=stand.domain)) as pipe:
         port, pid = await asyncio.to_thread(pipe.recv)
-        page = await stand.browser.new_page()
-        await page.add_script_tag(content=SOCKETS)
         clock = await page_clock(page)
         await page.evaluate(f"(url) => window.{function}(url)", f"ws://127.0.0.1:{port}")
         await measured(stand, seen, page, clock, pid)
-        await page.close()
+    await page.close()
     return seen
 
 

@@ -125,5 +125,7 @@ def standard_publisher(kind: Conversion, to_ros: ToRos, frame_id: str) -> type[J
     return _class_of(base[kind.message], content)
 
 
-def _class_of(base: Any, content: Mapping[str, Any]) -> Any:
-    return types.new_class("PublisherOfType", (base,), {}, lambda own: own.update(__module__=__name__, **content))
+def _class_of(base: Any, content: Mapping[str, Any]) -> type[JsonPublisher[Any]]:
+    every = {"__module__": __name__, **content}
+    made: type[JsonPublisher[Any]] = types.new_class("PublisherOfType", (base,), {}, lambda own: own.update(every))
+    return made

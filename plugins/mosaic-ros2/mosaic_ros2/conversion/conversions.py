@@ -34,7 +34,7 @@ from mosaic_core.messages import (
 )
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
-from mosaic_ros2.conversion import annotations, joints, places, reports, sensing
+from mosaic_ros2.conversion import joints, marks, places, reports, sensing
 from mosaic_ros2.conversion.parts import Origin, Ros, headed, pose, ros_pose, ros_twist, twist
 from mosaic_ros2.conversion.places import BASE, MAP, ODOM
 
@@ -79,9 +79,7 @@ CONVERSIONS: Mapping[str, Conversion] = {
     "diagnostic_msgs/msg/DiagnosticStatus": Conversion(
         Diagnostic, reports.diagnostic_alone, reports.diagnostic_fields, delivery=RELIABLE, key=_part
     ),
-    "foxglove_msgs/msg/ImageAnnotations": Conversion(
-        ImageAnnotations, annotations.annotations, annotations.annotations_fields
-    ),
+    "foxglove_msgs/msg/ImageAnnotations": Conversion(ImageAnnotations, marks.marks, marks.marks_fields),
     "geometry_msgs/msg/Pose": Conversion(Pose, lambda one: [pose(one)], lambda one, origin: ros_pose(one)),
     "geometry_msgs/msg/PoseStamped": Conversion(
         Pose, lambda one: [pose(one["pose"], **headed(one))], places.pose_stamped, MAP

@@ -19,7 +19,7 @@ COLOR = "#00e676"
 """Where nobody chose one."""
 
 
-def annotations(message: Ros) -> Iterable[ImageAnnotations]:
+def marks(message: Ros) -> Iterable[ImageAnnotations]:
     """Circles become closed lines."""
     boxes: list[ImageBox] = []
     lines = [_circle(one) for one in message["circles"]]
@@ -39,7 +39,7 @@ def annotations(message: Ros) -> Iterable[ImageAnnotations]:
     yield ImageAnnotations(boxes=boxes, lines=lines, texts=texts, timestamp=stamp)
 
 
-def annotations_fields(message: ImageAnnotations, origin: Origin) -> Ros:
+def marks_fields(message: ImageAnnotations, origin: Origin) -> Ros:
     """A ``foxglove_msgs/ImageAnnotations``. Which camera they belong to, its topic says."""
     stamp = ros_stamp(message.timestamp or origin.stamp_us)
     loops = [(_corners(box), True, box.color) for box in message.boxes]
