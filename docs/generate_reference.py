@@ -43,7 +43,8 @@ FIRST_PARTY = (
 
 
 def command_line() -> str:
-    lines = ["# Command line", "", "Exit codes: 0 fine, 2 usage or configuration, 1 everything else.", ""]
+    codes = "Exit codes: 0 fine, 2 usage or configuration, 3 another robot took this one's place, 1 everything else."
+    lines = ["# Command line", "", codes, ""]
     lines += _command(typer.main.get_command(app), ["mosaic"])
     return "\n".join(lines)
 
@@ -339,8 +340,9 @@ known is left out (`?`) or `null`.
 [How to use one, or add fields to it](../tutorial/first-connector.md#standard-messages). The number at the end of an id
 rises when old readers would misread the new shape; new fields that may be left out do not change it. What
 `ImageAnnotations` mark is drawn over the picture of its camera; its own card (`raw-json`) has the words. The ROS 2 type
-is the one that holds the same. `mosaic-recorder` writes each into MCAP under its id as the schema's name, with the
-robot's own JSON Schema: none of them is exactly one of Foxglove's, whose times are objects of seconds and nanoseconds.
+is the one that holds the same; `mosaic-ros2` makes each of the other. `mosaic-recorder` writes each into MCAP under its
+id as the schema's name, with the robot's own JSON Schema: none of them is exactly one of Foxglove's, whose times are
+objects of seconds and nanoseconds.
 """
 LIMITS = """
 ## Known limits

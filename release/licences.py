@@ -1,7 +1,7 @@
 """Judges the licences in the bills of materials of a release against `licences.toml`.
 
 ``python -m release.licences dist``. Fails where a package is under a licence that is neither allowed nor an exception,
-where it names none, and where an exception is no longer needed.
+where it names none, and where an exception or a licence that we looked up is no longer needed.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ RULES = Path(__file__).with_name("licences.toml")
 class Rules:
     allowed: frozenset[str]
     means: dict[str, str]
+    found: dict[str, dict[str, str]]
     exceptions: dict[str, dict[str, str]]
     inside: dict[str, str]
 
     @classmethod
     def read(cls, path: Path = RULES) -> Rules:
         table = tomllib.loads(path.read_text())
-        return cls(frozenset(table["allowed"]), table["means"], table["exceptions"], table["inside"])
+        return cls(frozenset(table["allowed"]), *(table[one] for one in ("means", "found", "exceptions", "inside")))
 
 
 def full_name(component: dict[str, Any]) -> str:
@@ -59,21 +60,25 @@ def is_allowed(expression: str, allowed: frozenset[str] | set[str]) -> bool:
 
 def wrong(components: list[dict[str, Any]], rules: Rules) -> Iterator[str]:
     """One sentence for each package that may not be there as it is."""
-    used = set()
+    there = {full_name(component) for component in components}
     for component in components:
         name = full_name(component)
         exception = rules.exceptions.get(name)
         licences = [rules.means.get(licence, licence) for licence in names_of(component)]
-        if exception:
-            used.add(name)
         also = {exception["licence"]} if exception else set()
+        is_named = bool(licences) and all(is_allowed(licence, rules.allowed) for licence in licences)
+        if name in rules.found and is_named:
+            yield f"{name} now names {' and '.join(licences)} itself: take away what was found"
+        elif name in rules.found:
+            licences = [rules.found[name]["licence"]]
         if not licences:
             yield f"{name} names no licence"
         elif all(is_allowed(licence, rules.allowed) for licence in licences) and exception:
             yield f"{name} is now under {' and '.join(licences)}: take its exception away"
         elif not all(is_allowed(licence, rules.allowed | also) for licence in licences):
             yield f"{name} is under {' and '.join(licences)}, which is not allowed"
-    yield from (f"{name} has an exception and is not there any more" for name in rules.exceptions.keys() - used)
+    yield from (f"{name} has an exception and is not there any more" for name in rules.exceptions.keys() - there)
+    yield from (f"{name} has a licence found for it and is not there any more" for name in rules.found.keys() - there)
 
 
 def main(folder: Path) -> int:

@@ -135,7 +135,7 @@ async def measured(profile: LinkProfile, seconds: float, nat: NatKind | None, te
         except ConnectionFailed as error:
             return Figures(profile.name, failure=error.code)
         except TimeoutError:
-            return Figures(profile.name, failure="media.timeout")
+            return Figures(profile.name, failure="media.no_first_frame")
         watcher = await stack.enter_async_context(Watcher(connection, robot, network.path.down).at_work())
         await asyncio.sleep(SETTLE_S)
         tell("measuring")

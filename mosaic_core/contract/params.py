@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from typing import Any, ClassVar, get_args
+from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, model_validator
-from pydantic.fields import FieldInfo
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
+from mosaic_core.contract.declared.nested_models import check_nested
+from mosaic_core.contract.declared.unsent import may_be_none, unknown_field, with_its_nans
 from mosaic_core.words.limits import MotionKind
 
 
@@ -22,6 +23,12 @@ class Params(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Raises :class:`MosaicError` for a field in which a misspelt key would be ignored."""
+        super().__pydantic_init_subclass__(**kwargs)
+        check_nested(cls)
 
 
 class CameraLabel(str):
@@ -65,7 +72,12 @@ def _as_text(folder: object) -> object:
 
 class Message(BaseModel):
     """Base of a typed message. Its JSON Schema goes into the catalogue; ``Field(json_schema_extra={"unit": "V"})``
-    or ``unit("V")`` adds the unit that widgets show. Unknown keys are ignored on receipt, NaN is refused."""
+    or ``unit("V")`` adds the unit that widgets show. Unknown keys are ignored on receipt, NaN is refused.
+
+    One that is made of keywords raises :class:`MosaicError` (``plugin.wrong_message``) for a keyword that is no field
+    of it. What a device measured may be NaN: of a field that may be absent it is ``None``, and with any other the
+    message is made, but refused where it is sent.
+    """
 
     model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
     schema_id: ClassVar[str] = ""
@@ -79,22 +91,39 @@ class Message(BaseModel):
     """Which of its lists of numbers another one names: ``{"positions": "names"}``. A number of such a list is the field
     ``positions.<name>``; of any other list it is found by its index, ``positions.0``."""
 
+    def __init__(self, /, **data: Any) -> None:
+        if not data.keys() <= type(self).__pydantic_fields__.keys():
+            self._refuse_unknown(data)
+        try:
+            self.__pydantic_validator__.validate_python(data, self_instance=self, context=_MADE_HERE)
+        except ValidationError as error:
+            raw = self.model_construct(**with_its_nans(type(self), data, error))
+            self.__setstate__(raw.__getstate__())
+
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # what is received is read without it
+
+    @classmethod
+    def _refuse_unknown(cls, data: Mapping[str, Any]) -> None:
+        if cls.model_config.get("extra") == "ignore" and (wrong := unknown_field(cls, data)) is not None:
+            raise wrong
+
     @model_validator(mode="before")
     @classmethod
-    def _finite(cls, data: Any) -> Any:
+    def _finite(cls, data: Any, info: ValidationInfo) -> Any:
         """NaN of a field that may be absent is ``None``. Else it is refused, also inside untyped parts, which
         ``allow_inf_nan`` does not reach."""
         if isinstance(data, dict):
             for key, value in data.items():
                 if isinstance(value, float) and not math.isfinite(value):
-                    if not _may_be_none(cls.model_fields.get(key)):
+                    if may_be_none(cls.model_fields.get(key)):
+                        data = {**data, key: None}
+                    elif info.context is not _MADE_HERE:
                         raise ValueError(f"{key} is not a finite number")
-                    data = {**data, key: None}
         return data
 
 
-def _may_be_none(field: FieldInfo | None) -> bool:
-    return field is not None and type(None) in get_args(field.annotation)
+_MADE_HERE = {"is made of": "keywords"}
+"""The context of the validation of a message that the robot's own code makes."""
 
 
 def unit(name: str) -> dict[str, Any]:

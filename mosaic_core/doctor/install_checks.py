@@ -1,5 +1,4 @@
-"""Checks the installation: versions in lockstep, plugins that load, the fast event loop, and what encodes pictures, of
-which ``mosaic doctor encoders`` tells more."""
+"""Checks the installation: versions in lockstep, plugins that load, and the fast event loop."""
 
 from __future__ import annotations
 
@@ -7,7 +6,6 @@ import asyncio
 import importlib.util
 from collections.abc import AsyncIterator, Iterable
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
-from typing import Literal
 
 from mosaic_core import __version__
 from mosaic_core.contract.checks import CHECKS_GROUP
@@ -16,7 +14,6 @@ from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.finding import Finding, failed, passed, skipped, warned
 
 OUR_PREFIX = "mosaic-"
-CODECS: tuple[Literal["VP8", "H264"], ...] = ("VP8", "H264")
 
 
 async def install_checks(resolver: ConnectorResolver) -> AsyncIterator[Finding]:
@@ -95,21 +92,3 @@ def _broken_point(group: str, point: EntryPoint) -> Finding | None:
         text = f"'{name}' of {source} ({group}) can't be used: {type(error).__name__}: {error}"
         return failed(f"install.plugin.{name}", "config.broken_plugin", text, f"Update or uninstall {source}.")
     return None
-
-
-async def encoder_checks() -> AsyncIterator[Finding]:
-    """What encodes pictures, codec by codec; opening encoders takes a moment, on a thread."""
-    for codec in CODECS:
-        yield await asyncio.to_thread(_chosen, codec)
-
-
-def _chosen(codec: Literal["VP8", "H264"]) -> Finding:
-    from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind
-
-    check = f"video.{codec.lower()}"
-    try:
-        kind = chosen_kind(codec)
-    except EncoderUnavailable as error:
-        return failed(check, "media.no_encoder", error.message)
-    where = "in hardware" if kind.is_hardware else "in software"
-    return passed(check, f"{codec} is encoded {where}, by {kind.name}.", encoder=kind.name, hardware=kind.is_hardware)

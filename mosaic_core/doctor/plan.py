@@ -12,9 +12,10 @@ from mosaic_core.contract.checks import CHECKS_GROUP, Check, CheckContext
 from mosaic_core.doctor.board_checks import board_checks
 from mosaic_core.doctor.code_checks import code_checks
 from mosaic_core.doctor.config_checks import config_checks, device_checks, read_config
+from mosaic_core.doctor.encoder_checks import encoder_checks
 from mosaic_core.doctor.examination import CheckRun
 from mosaic_core.doctor.ice_checks import address_checks, ice_checks, relays_of
-from mosaic_core.doctor.install_checks import encoder_checks, install_checks
+from mosaic_core.doctor.install_checks import install_checks
 from mosaic_core.doctor.issued_ice_servers import NO_SERVER, Issued, IssuedIceServers
 from mosaic_core.doctor.machine_checks import loop_lag_check, machine_checks
 from mosaic_core.doctor.peer_checks import loopback_checks, relay_trial_checks

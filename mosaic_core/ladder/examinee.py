@@ -12,13 +12,13 @@ from pydantic import BaseModel
 from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
-from mosaic_core.contract.params import CameraLabel
+from mosaic_core.contract.params import CameraLabel, DataLabel
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.laboratory.joining import checked_config, connector
 from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import line_of_entry, place_of_class, place_of_error, trace_of
-from mosaic_core.ladder.stand_ins import StandInCameraConfigurer
+from mosaic_core.ladder.stand_ins import StandInCameraConfigurer, StandInChannelConfigurer
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.handler_problems import named_in
@@ -89,16 +89,19 @@ class Examinee:
         return self.example if told is None else dict(told)
 
     def configured(self, params: Mapping[str, Any], safety: Mapping[str, Any] | None = None) -> Configured:
-        """A robot with this one connector, and a camera for each that it names. Raises :class:`ConfigError`."""
+        """A robot with this one connector, and a camera or data channel for each that it names. Raises
+        :class:`ConfigError`."""
         one = connector(self.configurer, label=LABEL, params=params, safety=safety)
         (alone,) = checked_config([one]).connectors
-        named = dict.fromkeys(label for _, label in named_in(alone.params, CameraLabel))
-        cameras = [connector(StandInCameraConfigurer, label=label) for label in named]
-        checked = checked_config([one, *cameras])
+        cameras = dict.fromkeys(label for _, label in named_in(alone.params, CameraLabel))
+        channels = dict.fromkeys(label for _, label in named_in(alone.params, DataLabel))
+        beside = [connector(StandInCameraConfigurer, label=label) for label in cameras]
+        beside += [connector(StandInChannelConfigurer, label=label) for label in channels]
+        checked = checked_config([one, *beside])
         return AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([])).configure(checked)
 
     def connector(self, params: Mapping[str, Any]) -> Connector:
-        """The connector itself, without the cameras that stand beside it. Raises :class:`ConfigError`."""
+        """The connector itself, without what stands beside it. Raises :class:`ConfigError`."""
         return self.configured(params).connectors[0]
 
     @cached_property

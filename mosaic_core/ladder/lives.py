@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit, urlunsplit
 from weakref import WeakKeyDictionary
 
 from mosaic_core.contract.handler import DataChannelReceivable
@@ -33,6 +34,8 @@ from mosaic_core.testing.feeding import feed
 from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
 
 ABSENT = "/dev/mosaic-no-such-device"
+NOWHERE = "mosaic-no-such-host.invalid"
+"""RFC 2606 §2 promises that nobody ever has a name below ``invalid``; to be told so needs no network."""
 BEGIN_S = 0.6
 """For a first message; a connector that waits for others sends none."""
 SLOW_STOP_S = 1.0
@@ -45,6 +48,7 @@ CALM_S = 0.06
 """What has not changed for so long is not ending any more."""
 LOOK_S = 0.01
 _DEVICES = {"port", "device", "source", "path", "file", "camera_id"}
+_HOSTS = {"host", "url", "broker", "server", "address"}
 
 
 @dataclass(slots=True)
@@ -176,14 +180,14 @@ def _kind_of(target: str) -> str:
 
 
 async def absent_device_errors(one: Examinee) -> list[tuple[str, str, BaseException]]:
-    """``(param, value, error)`` for each param of its example that names a device, where none is; nothing where it runs
-    without. Raises :class:`NotJudged`."""
+    """``(param, value, error)`` for each param of its example that names a device or a host, where none is; nothing
+    where it runs without. Raises :class:`NotJudged`."""
     _must_be_run(one)
     found: list[tuple[str, str, BaseException]] = []
-    for name, params in _without_device(one.example):
+    for name, absent, params in without_device({**_default_texts(one), **one.example}):
         error = await _error_with(one, params)
         if error is not None:
-            found.append((name, ABSENT, error))
+            found.append((name, absent, error))
     return found
 
 
@@ -224,11 +228,28 @@ def _error_of_command(one: Examinee, params: Mapping[str, Any]) -> BaseException
     return None
 
 
-def _without_device(params: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Copies of ``params`` with one device less: by the name of the param, at any depth."""
+def _default_texts(one: Examinee) -> dict[str, str | Path]:
+    """What its params say where the example says nothing: ``/dev/ttyUSB0`` as likely as not."""
+    fields = one.configurer.params_model.model_fields.items()
+    return {name: info.default for name, info in fields if isinstance(info.default, str | Path)}
+
+
+def without_device(params: Mapping[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Copies of ``params`` with one device or host less, by the name of the param at any depth, and what stands in its
+    place."""
     for name, value in params.items():
         if isinstance(value, Mapping):
-            for inner, less in _without_device(value):
-                yield f"{name}.{inner}", {**params, name: less}
-        elif isinstance(value, str | Path) and (name in _DEVICES or str(value).startswith(("/dev/", "/sys/"))):
-            yield name, {**params, name: f"{ABSENT}{Path(str(value)).suffix}"}
+            for inner, absent, less in without_device(value):
+                yield f"{name}.{inner}", absent, {**params, name: less}
+        elif isinstance(value, str | Path) and (absent := _in_place_of(name, str(value))):
+            yield name, absent, {**params, name: absent}
+
+
+def _in_place_of(name: str, value: str) -> str:
+    """What names nothing that there is, spelt like ``value``; empty where it names neither a device nor a host."""
+    url = urlsplit(value)
+    if url.hostname and "://" in value:
+        return urlunsplit((url.scheme, url.netloc.replace(url.hostname, NOWHERE), *url[2:]))
+    if name in _DEVICES or value.startswith(("/dev/", "/sys/")):
+        return f"{ABSENT}{Path(value).suffix}"
+    return NOWHERE if name in _HOSTS else ""

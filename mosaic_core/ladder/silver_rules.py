@@ -103,7 +103,7 @@ async def hears_stop(one: Examinee) -> list[Fault]:
 async def absent_devices_are_gone(one: Examinee) -> list[Fault]:
     errors = await absent_device_errors(one)
     if not errors:
-        raise DoesNotApply("no param of its example names a device that it could not do without")
+        raise DoesNotApply("no param of its example names a device or a host that it could not do without")
     return [
         one.fault(error, f"with {name}: {value} it raises") for name, value, error in errors if not is_absence(error)
     ]
@@ -204,7 +204,7 @@ SILVER = (
         "Wait with self.pause or self.every; give reads of devices a time-out.", hears_stop,
     ),
     ConnectorRule(
-        "device-gone", "silver", "A device that is not there is DeviceGone.",
+        "device-gone", "silver", "A device or a host that is not there is DeviceGone.",
         "That is one quiet line and another try; any other error is told as a bug, with a traceback.",
         "Where the device is opened: raise DeviceGone(message, cure) from the error.", absent_devices_are_gone,
     ),

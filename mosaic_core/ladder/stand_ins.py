@@ -1,4 +1,4 @@
-"""Stands in for the cameras that params name: a recorder can't be configured on a robot without any."""
+"""Stands in for the cameras and channels that params name: a recorder can't be configured on a robot without any."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from mosaic_core.contract.configurer import MediaTrackConfigurer
-from mosaic_core.contract.handler import MediaTrackHandler
+from mosaic_core.contract.configurer import DataChannelConfigurer, MediaTrackConfigurer
+from mosaic_core.contract.handler import DataChannelSendable, MediaTrackHandler
 from mosaic_core.contract.params import NoParams
+from mosaic_core.messages import Temperature
 
 PERIOD_S = 0.1
 
@@ -29,3 +30,20 @@ class StandInCameraConfigurer(MediaTrackConfigurer[NoParams]):
 
     def configure(self) -> StandInCamera:
         return StandInCamera(self.label)
+
+
+class StandInChannel(DataChannelSendable[Temperature]):
+    """Tells a temperature, ten times a second."""
+
+    def messages(self) -> Iterator[Temperature]:
+        for _ in self.every(PERIOD_S):
+            yield Temperature(temperature_c=20.0)
+
+
+class StandInChannelConfigurer(DataChannelConfigurer[NoParams]):
+    """A data channel that stands in for the one that a connector under examination names."""
+
+    connector_type = "stand-in-channel"
+
+    def configure(self) -> StandInChannel:
+        return StandInChannel(self.label)

@@ -107,7 +107,7 @@ class LiveRobot:
         self._tell(route_change(gone, fresh, replaced))
 
     def _tell(self, change: RouteChange) -> None:
-        catalogue = Catalogue.of(connector.entry for connector in self._connectors)
+        catalogue = Catalogue.of(entry for connector in self._connectors for entry in connector.entries)
         is_news = catalogue != self.site.catalogue
         self.site.catalogue = catalogue
         self.peers.connectors_changed(replace(change, is_news=is_news))

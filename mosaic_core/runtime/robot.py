@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
 
 import pluggy
 
@@ -52,7 +53,7 @@ class Robot:
         self._plan = RobotPlan(
             config=config,
             connectors=tuple(connectors),
-            catalogue=Catalogue.of(connector.entry for connector in connectors),
+            catalogue=Catalogue.of(entry for connector in connectors for entry in connector.entries),
             servers=_known_servers(config, connect_socket, lan),
             make_answerer=make_answerer,
             open_stream=open_stream,
@@ -152,6 +153,16 @@ class Robot:
                 logger.exception("what the connectors share could not be opened")
 
         await self._running.become(connectors, change)
+
+    @contextlib.asynccontextmanager
+    async def held(self, connectors: Sequence[Connector]) -> AsyncIterator[None]:
+        """While ``connectors`` may be replaced: what they move is made safe, and no command acts. Event loop."""
+        runs = self._running.runs
+        try:
+            await runs.hold(connectors)
+            yield
+        finally:
+            runs.resume(connectors)
 
     def make_safe(self, cause: str, patience_s: float) -> bool:
         """Run every safe action and wait for them; ``False`` if one did not end in time. Any thread; blocks."""

@@ -65,9 +65,24 @@ class WidgetModule(WireModel):
     size_bytes: int = Field(ge=0, le=MAX_WIDGET_MODULE_BYTES)
 
 
-class MessageEntry(WireModel):
-    """What travels under a label, and by which rules."""
+class ChannelEntry(WireModel):
+    """One data channel of an entry; most have one whose label is the entry's."""
 
+    label: PlainText
+    data_type: MosaicDataType
+
+
+class CatalogueEntry(WireModel):
+    """One track, one data channel or several channels that mean something only together, as operators see it. The
+    handlers of one connector are an entry each, of the same type."""
+
+    label: PlainText
+    type: PlainText
+    kind: Kind = Kind.DATA
+    data_type: MosaicDataType
+    direction: Direction
+    channels: tuple[ChannelEntry, ...] = ()
+    delivery: Delivery = Delivery.RELIABLE
     widget: str | None = Field(default=None, description="Hint: the widget that shows it best.")
     widget_module: WidgetModule | None = Field(default=None, description="Where that widget is, if a plugin ships it.")
     schema_id: PlainText | None = Field(default=None, description="The known shape of its messages: `mosaic/Twist@1`.")
@@ -85,62 +100,13 @@ class MessageEntry(WireModel):
     )
     safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
 
-    def _without_schemas(self) -> dict[str, Any]:
-        return dict.fromkeys(("message_schema", "sent_schema", "answer_schema"))
-
-
-class ChannelEntry(MessageEntry):
-    """One data channel of a connector; most connectors have one whose label is the connector's.
-
-    One with a `delivery` stands for itself: operators see it as if it were a connector, with what else is said here.
-    Without one it is a part of its connector, which says everything.
-    """
-
-    label: PlainText
-    data_type: MosaicDataType
-    delivery: Delivery | None = None
-
-    def short(self) -> ChannelEntry:
-        """Without schemas."""
-        return self.model_copy(update=self._without_schemas())
-
-
-class CatalogueEntry(MessageEntry):
-    """One connector as operators see it."""
-
-    label: PlainText
-    type: PlainText
-    kind: Kind = Kind.DATA
-    data_type: MosaicDataType
-    direction: Direction
-    channels: tuple[ChannelEntry, ...] = ()
-    delivery: Delivery = Delivery.RELIABLE
-
     def short(self) -> CatalogueEntry:
         """Without schemas, for the signaling socket."""
-        channels = tuple(channel.short() for channel in self.channels)
-        return self.model_copy(update={**self._without_schemas(), "channels": channels})
-
-    def apart(self) -> tuple[CatalogueEntry, ...]:
-        """This connector, or if its channels stand for themselves one entry for each of them."""
-        alone = tuple(self._alone(channel) for channel in self.channels if channel.delivery is not None)
-        return alone or (self,)
-
-    def _alone(self, channel: ChannelEntry) -> CatalogueEntry:
-        said = {name: getattr(channel, name) for name in MessageEntry.model_fields}
-        return CatalogueEntry(
-            label=channel.label,
-            type=self.type,
-            data_type=channel.data_type,
-            direction=channel.data_type.direction,
-            channels=(ChannelEntry(label=channel.label, data_type=channel.data_type),),
-            delivery=channel.delivery or self.delivery,
-            **said,
-        )
+        return self.model_copy(update=dict.fromkeys(("message_schema", "sent_schema", "answer_schema")))
 
 
 class Catalogue(WireModel):
-    """All connectors of one robot, in the order of its YAML file."""
+    """All that operators see of one robot, in the order of its YAML file."""
 
     hash: str
     entries: tuple[CatalogueEntry, ...]
@@ -151,10 +117,6 @@ class Catalogue(WireModel):
         full = tuple(entries)
         text = to_json([entry.wire() for entry in full])
         return cls(hash=hashlib.sha256(text.encode()).hexdigest()[:16], entries=full)
-
-    def apart(self) -> tuple[CatalogueEntry, ...]:
-        """What operators see: every connector, and of one whose channels stand for themselves each channel."""
-        return tuple(one for entry in self.entries for one in entry.apart())
 
     def short(self) -> Catalogue:
         """The same catalogue (same hash) without schemas."""

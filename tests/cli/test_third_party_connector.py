@@ -82,7 +82,7 @@ def test_its_types_are_listed_with_distribution_and_version(
     mosaic: Callable[..., subprocess.CompletedProcess[str]],
 ) -> None:
     listed = json.loads(mosaic("connectors", "list", "--json").stdout)
-    workbench = {"drift", "lamp", "newest-picture", "power-meter", "thermometer"}
+    workbench = {"drift", "lamp", "newest-picture", "power-meter", "stereo-microscope", "thermometer"}
     assert {one["type"] for one in listed} == {"connection-check"} | workbench
     assert {
         "type": "thermometer",

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import logging
 import math
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
-from pydantic import BaseModel
+from pydantic import AliasChoices, BaseModel, Field, TypeAdapter
 
 from mosaic_core import DataChannelBidirectional, DataChannelSendable, Handler, Message, MosaicError
 from mosaic_core.testing import collect, fake_host
@@ -73,11 +74,55 @@ def test_what_fits_the_declared_message_is_sent(value: Any) -> None:
     ],
 )
 def test_anything_else_is_told_with_class_line_and_fields(value: Any, what: str) -> None:
-    line = Lidar.messages.__code__.co_firstlineno
+    line = Lidar.messages.__code__.co_firstlineno + 1
     with pytest.raises(MosaicError) as caught:
         collect(Lidar(value), 1)
     assert caught.value.code == "plugin.wrong_message"
     assert f"Lidar ({__file__}:{line}) declares Scan and sends {what}" in caught.value.message
+
+
+class Winding(DataChannelSendable[Scan]):
+    def messages(self) -> Iterator[Any]:
+        yield Scan(angle_rad=1.0)
+        yield from self._more()
+
+    def _more(self) -> Iterator[Any]:
+        yield Scan(angle_rad=2.0)
+        yield {"angle": 3.0}
+
+
+class Waiting(DataChannelSendable[Scan]):
+    async def messages(self) -> AsyncIterator[Any]:
+        yield Scan(angle_rad=1.0)
+        yield {"angle": 3.0}
+
+
+class Listed(DataChannelSendable[Scan]):
+    def messages(self) -> Any:
+        return [{"angle": 3.0}]
+
+
+@pytest.mark.parametrize(
+    ("kind", "line"),
+    [
+        (Winding, Winding._more.__code__.co_firstlineno + 2),
+        (Waiting, Waiting.messages.__code__.co_firstlineno + 2),
+        (Listed, Listed.messages.__code__.co_firstlineno),
+    ],
+)
+def test_the_line_is_that_of_the_yield_where_there_is_one(kind: Any, line: int) -> None:
+    with pytest.raises(MosaicError) as caught:
+        collect(kind("it"), 3)
+    assert caught.value.message.startswith(f"{kind.__name__} ({__file__}:{line}) declares Scan and sends keys angle (")
+
+
+def test_the_line_of_what_is_pushed_is_that_of_the_push() -> None:
+    lidar = Lidar()
+    fake_host(lidar)
+    with pytest.raises(MosaicError) as caught:
+        lidar.send_json({"angle": 3.0})
+    line = test_the_line_of_what_is_pushed_is_that_of_the_push.__code__.co_firstlineno + 4
+    assert f"Lidar ({__file__}:{line}) declares Scan" in caught.value.message
 
 
 @pytest.mark.parametrize(("handler", "good", "bad"), [(Text, "a", {"a": 1}), (Text, "a", b"a"), (Loose, {"a": 1}, "a")])
@@ -107,9 +152,9 @@ def test_a_shape_is_validated_once(monkeypatch: pytest.MonkeyPatch) -> None:
     fake_host(meter)
     usual = Counted.model_validate
 
-    def counted(value: Any) -> Any:
+    def counted(value: Any, **how: Any) -> Any:
         validated.append(value)
-        return usual(value)
+        return usual(value, **how)
 
     monkeypatch.setattr(Counted, "model_validate", counted)
     for number in range(5):
@@ -140,6 +185,99 @@ def test_elsewhere_the_message_is_refused_and_counted_and_its_field_named_once(
     ]
 
 
-def test_a_message_that_must_have_a_number_is_not_made_of_nan() -> None:
-    with pytest.raises(ValueError, match="angle_rad"):
-        Scan(angle_rad=math.nan)
+class Cloud(Message):
+    scan: Scan | None = None
+    percent: float = Field(default=0.0, ge=0, le=100)
+    heights_m: list[float | None] = Field(default=[])
+    by_name: dict[str, float] = Field(default={})
+    anything: Any = None
+
+
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("said", "field"),
+    [
+        ({"percent": NAN}, "percent"),
+        ({"percent": np.float32("inf")}, "percent"),
+        ({"percent": "nan"}, "percent"),
+        ({"by_name": {"a": 1.0, "b": -math.inf}}, "by_name.b"),
+        ({"anything": NAN}, ""),
+        ({"scan": {"angle_rad": NAN, "range_m": 1.0}}, "scan.angle_rad"),
+        ({"scan": Scan(angle_rad=NAN)}, "scan.angle_rad"),
+    ],
+)
+def test_a_message_of_a_number_that_is_none_is_made_and_refused_where_it_is_sent(
+    said: dict[str, Any], field: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Sends(DataChannelSendable[Cloud]):
+        pass
+
+    sends = Sends("it")
+    fake_host(sends)
+    with caplog.at_level(logging.WARNING, "mosaic_core"):
+        assert sends.send(Cloud(**said)) is (field == "")
+    told = [record.message for record in caplog.records]
+    assert [text.partition(" of a message")[0] for text in told] == ([f"connector 'it': {field}"] if field else [])
+
+
+def test_what_may_be_absent_is_sent_beside_it_as_null() -> None:
+    class Sends(DataChannelSendable[Cloud]):
+        pass
+
+    sends = Sends("it")
+    fake_host(sends)
+    made = Cloud(heights_m=[1.0, NAN], scan=Scan(angle_rad=1.0, range_m=NAN))
+    assert sends.send(made)
+    assert sent_by(sends)[0]["heights_m"] == [1.0, None]
+    assert sent_by(sends)[0]["scan"] == {"angle_rad": 1.0, "range_m": None}
+    assert Scan(angle_rad=NAN, range_m=math.inf).range_m is None
+
+
+@pytest.mark.parametrize("said", [{"percent": "much"}, {"percent": 101.0}, {"percent": NAN, "scan": 3}])
+def test_any_other_mistake_is_told_where_the_message_is_made(said: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="validation error"):
+        Cloud(**said)
+
+
+@pytest.mark.parametrize(
+    "received", [{"percent": NAN}, {"scan": {"angle_rad": NAN}}, {"by_name": {"a": NAN}}, {"anything": NAN}]
+)
+def test_what_is_received_never_has_one(received: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="validation error"):
+        Cloud.model_validate(received)
+    with pytest.raises(ValueError, match="validation error"):
+        TypeAdapter(list[Cloud]).validate_python([received])
+
+
+def test_a_keyword_that_is_no_field_is_told_with_its_line_and_the_nearest() -> None:
+    with pytest.raises(MosaicError) as caught:
+        Scan(angle_rad=1.0, range_n=2.0)
+    assert caught.value.code == "plugin.wrong_message"
+    line = test_a_keyword_that_is_no_field_is_told_with_its_line_and_the_nearest.__code__.co_firstlineno + 2
+    assert str(caught.value) == (
+        f"{__file__}:{line}: Scan has no field 'range_n'; did you mean 'range_m'? It has: angle_rad, range_m. "
+        "Whatever else a device says is left out by Scan.model_validate(…)."
+    )
+    assert Scan.model_validate({"angle_rad": 1.0, "range_n": 2.0}).range_m is None
+
+
+def test_keywords_are_also_aliases_and_whatever_a_message_keeps() -> None:
+    class Named(Message):
+        speed: float = Field(default=0.0, alias="v")
+        more: float = Field(default=0.0, validation_alias=AliasChoices("m", "n"))
+
+    class Keeps(Message, extra="allow"):
+        pass
+
+    assert Named(v=1.0, n=2.0).more == 2.0
+    assert Keeps(whatever=1).model_dump() == {"whatever": 1}
+
+
+def test_an_attribute_that_was_set_to_another_type_is_told_where_it_is_sent() -> None:
+    lidar, scan = Lidar(), Scan(angle_rad=1.0)
+    fake_host(lidar)
+    scan.angle_rad = "far"  # type: ignore[assignment]
+    with pytest.raises(MosaicError, match=r"declares Scan and sends Scan \(angle_rad: Input should be a valid number"):
+        lidar.send(scan)

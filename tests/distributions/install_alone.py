@@ -44,10 +44,10 @@ def installed(wheel: Path) -> str:
     """What went wrong; empty: nothing."""
     name = wheel.name.split("-")[0].replace("_", "-")
     with tempfile.TemporaryDirectory() as folder:
-        venv.create(folder, with_pip=True)
-        python = Path(folder, "bin", "python")
-        install = [str(python), "-m", "pip", "install", "--quiet", "--find-links", str(wheel.parent), str(wheel)]
-        for words in (install, [str(python), "-c", USE, name]):
+        venv.create(folder, with_pip=False)
+        pip = [sys.executable, "-m", "pip", "--python", folder, "--disable-pip-version-check", "install", "--quiet"]
+        install = [*pip, "--no-compile", "--find-links", str(wheel.parent), str(wheel)]
+        for words in (install, [str(Path(folder, "bin", "python")), "-c", USE, name]):
             done = subprocess.run(words, capture_output=True, text=True, cwd=folder, check=False)
             if done.returncode != 0:
                 return f"{name}:\n{done.stderr or done.stdout}"

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +16,17 @@ from release import checksums, notes
 from release.audit import of_dashboard, of_python
 from release.bill_of_materials import FOLDER, shipped
 from release.licences import Rules, full_name, is_allowed, wrong
-from release.requirements import PROJECTS, normal, read
+from release.requirements import LOCKS, PROJECTS, normal, read
 from release.sizes import BUDGETS, too_large
 
 RULES = Rules(
     frozenset({"MIT", "ISC"}),
     {"License :: MIT": "MIT"},
+    {"silent": {"licence": "GPL-3.0-only OR MIT", "where": "its LICENSE"}},
     {"font": {"licence": "OFL-1.1", "reason": "a font"}},
     {},
 )
+SILENT = {"name": "silent"}
 FONT = {"name": "font", "licenses": [{"license": {"id": "OFL-1.1"}}]}
 
 
@@ -47,24 +53,34 @@ def test_an_expression_is_allowed_where_one_choice_is_wholly(expression: str, an
 
 
 def test_a_licence_that_is_not_on_the_list_is_told() -> None:
-    assert list(wrong([FONT, component("AGPL-3.0-only")], RULES)) == [
+    assert list(wrong([SILENT, FONT, component("AGPL-3.0-only")], RULES)) == [
         "one is under AGPL-3.0-only, which is not allowed"
     ]
-    assert list(wrong([FONT, {"name": "one"}], RULES)) == ["one names no licence"]
+    assert list(wrong([SILENT, FONT, {"name": "one"}], RULES)) == ["one names no licence"]
 
 
 def test_each_of_two_named_licences_must_be_allowed_and_other_names_are_understood() -> None:
     classifier = {"name": "one", "licenses": [{"license": {"id": "MIT"}}, {"license": {"name": "License :: MIT"}}]}
-    assert list(wrong([FONT, classifier], RULES)) == []
-    assert list(wrong([FONT, component("MIT", "GPL-2.0-only")], RULES))
+    assert list(wrong([SILENT, FONT, classifier], RULES)) == []
+    assert list(wrong([SILENT, FONT, component("MIT", "GPL-2.0-only")], RULES))
 
 
 def test_an_exception_holds_for_its_package_and_licence_alone_and_goes_when_it_is_not_needed() -> None:
-    assert list(wrong([FONT], RULES)) == []
-    assert list(wrong([FONT, component("OFL-1.1")], RULES)) == ["one is under OFL-1.1, which is not allowed"]
-    assert list(wrong([component("GPL-2.0-only", name="font")], RULES))
-    assert list(wrong([component("MIT", name="font")], RULES)) == ["font is now under MIT: take its exception away"]
-    assert list(wrong([], RULES)) == ["font has an exception and is not there any more"]
+    assert list(wrong([SILENT, FONT], RULES)) == []
+    assert list(wrong([SILENT, FONT, component("OFL-1.1")], RULES)) == ["one is under OFL-1.1, which is not allowed"]
+    assert list(wrong([SILENT, component("GPL-2.0-only", name="font")], RULES))
+    assert list(wrong([SILENT, component("MIT", name="font")], RULES)) == [
+        "font is now under MIT: take its exception away"
+    ]
+    assert list(wrong([SILENT], RULES)) == ["font has an exception and is not there any more"]
+
+
+def test_a_licence_that_was_found_in_the_files_of_a_package_stands_for_what_it_does_not_say() -> None:
+    assert list(wrong([FONT], RULES)) == ["silent has a licence found for it and is not there any more"]
+    assert list(wrong([FONT, component("GPL-3.0-only", "MIT", name="silent")], RULES)) == []
+    assert list(wrong([FONT, component("MIT", name="silent")], RULES)) == [
+        "silent now names MIT itself: take away what was found"
+    ]
 
 
 def test_our_react_is_not_facebooks() -> None:
@@ -75,7 +91,28 @@ def test_our_react_is_not_facebooks() -> None:
 def test_every_exception_of_ours_has_its_reason() -> None:
     rules = Rules.read()
     assert all(exception["reason"] for exception in rules.exceptions.values())
+    assert all(found["where"] for found in rules.found.values())
     assert "x264" in rules.inside["av"]
+
+
+def installed_components() -> Iterator[dict[str, Any]]:
+    """What is locked for robots and servers and is installed here, as a bill of materials would have it, nearly."""
+    for name in re.findall(r"^([\w.-]+)==", (LOCKS / "runtime.txt").read_text(), re.MULTILINE):
+        try:
+            metadata = distribution(name).metadata
+        except PackageNotFoundError:
+            continue  # for another platform
+        classifiers = [one for one in metadata.get_all("Classifier", []) if re.match("License :: .* ::", one)]
+        said = metadata.get("License-Expression")
+        yield component(*([said] if said else classifiers or [str(metadata.get("License"))]), name=name)
+
+
+def test_the_licence_of_a_new_dependency_is_looked_at_before_a_release_is_built() -> None:
+    rules = Rules.read()
+    excepted = rules.exceptions.keys() | rules.found.keys()
+    components = [one for one in installed_components() if one["name"] not in excepted]
+    assert len(components) > 50
+    assert list(wrong(components, replace(rules, exceptions={}, found={}))) == []
 
 
 def test_what_is_for_development_alone_is_not_said_to_be_shipped() -> None:

@@ -15,34 +15,26 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from support.page_blocks import PAGES, ROOT, blocks
 from typer.testing import CliRunner
 
 from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, Shared
 from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
-from mosaic_core.testing import build, collect, fake_host
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
+from mosaic_core.testing import build, collect, fake_host, take_frames
 
-ROOT = Path(__file__).parents[2]
-PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *ROOT.glob("plugins/*/README.md")])
-FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LOCAL_FILE = re.compile(
     r"^(?:`(?P<said>connectors/\w+\.py)`:\n\n```python|```python title=\"(?P<title>connectors/\w+\.py)\")\n"
     r"(?P<text>.*?)^```",
     re.MULTILINE | re.DOTALL,
 )
 """A connector beside the YAML files of its page."""
-FOREIGN = re.compile(r'^```yaml title="[^"]*, C\+\+"\n.*?^```\n', re.MULTILINE | re.DOTALL)
-"""A file of the C++ library: `test_coming_from_others.py` looks at it."""
 
 
-def blocks(language: str) -> list[tuple[str, str]]:
-    return [
-        (str(page.relative_to(ROOT)), text)
-        for page in PAGES
-        for found, text in FENCE.findall(FOREIGN.sub("", page.read_text()))
-        if found == language
-    ]
+def texts(language: str) -> list[tuple[str, str]]:
+    """Pages and blocks, but for files of the C++ library, at which `test_coming_from_others.py` looks."""
+    return [(one.page, one.text) for one in blocks(language) if not one.title.endswith(", C++")]
 
 
 def test_the_reference_is_current() -> None:
@@ -52,12 +44,13 @@ def test_the_reference_is_current() -> None:
 
 
 def robot_files() -> Iterator[tuple[str, dict[str, Any]]]:
-    """Whole files as they are; a bare list of connectors as the file's `connectors`. Other YAML is not a robot's."""
-    for page, text in blocks("yaml"):
+    """Whole files as they are; a bare list of connectors as the file's `connectors`. Other YAML is not a robot's, and
+    an example's has connectors that are not installed: its own test does it."""
+    for page, text in texts("yaml"):
         document = yaml.safe_load(text)
         if isinstance(document, list):
             document = {"connectors": document}
-        if "connectors" in document or "server" in document:
+        if ("connectors" in document or "server" in document) and not page.startswith("examples/"):
             yield page, document
 
 
@@ -78,9 +71,9 @@ def test_every_yaml_block_is_valid(page: str, document: dict[str, Any], tmp_path
 
 def test_the_code_of_the_connector_tutorial_runs() -> None:
     namespace = types.ModuleType("tutorial").__dict__
-    texts = [text for page, text in blocks("python") if page == "docs/tutorial/first-connector.md"]
-    assert len(texts) >= 2
-    for text in texts:
+    found = [text for page, text in texts("python") if page == "docs/tutorial/first-connector.md"]
+    assert len(found) >= 2
+    for text in found:
         exec(compile(text, "first-connector.md", "exec", dont_inherit=True), namespace)  # noqa: S102 - our own documentation
     configurer = namespace["ThermometerConfigurer"]
     assert issubclass(configurer, Configurer)
@@ -96,7 +89,7 @@ def test_the_code_of_the_connector_tutorial_runs() -> None:
 def run_blocks(page: str) -> dict[str, Any]:
     """What the Python blocks of a page define; those that need a connection are only compiled, elsewhere."""
     namespace = types.ModuleType("howto").__dict__
-    for text in (text for found, text in blocks("python") if found == page and "await " not in text):
+    for text in (text for found, text in texts("python") if found == page and "await " not in text):
         exec(compile(text, page, "exec", dont_inherit=True), namespace)  # noqa: S102 - our own documentation
     return namespace
 
@@ -108,8 +101,13 @@ def test_the_arm_of_the_howto_keeps_its_limits() -> None:
 
 def test_the_handlers_of_the_howto_are_three_channels() -> None:
     made = build(run_blocks("docs/howto/several-handlers.md")["PickerConfigurer"], label="picker")
-    entry = catalogue_entry("picker", "picker", made)
-    assert [one.label for one in entry.apart()] == ["picker", "picker_joints", "picker_grip"]
+    entries = catalogue_entries("picker", "picker", made)
+    assert [one.label for one in entries] == ["picker", "picker_joints", "picker_grip"]
+
+
+def test_the_head_of_the_howto_has_two_eyes() -> None:
+    left, right, _ = build(run_blocks("docs/howto/several-handlers.md")["HeadConfigurer"], label="head")
+    assert [int(take_frames(eye, 1)[0].mean()) for eye in (left, right)] == [60, 200]
 
 
 def test_the_shared_board_of_the_howto_is_opened_anew_after_it_vanished(tmp_path: Path) -> None:
@@ -135,7 +133,7 @@ def test_the_shared_board_of_the_howto_is_opened_anew_after_it_vanished(tmp_path
             port.unlink()
 
 
-@pytest.mark.parametrize(("page", "text"), blocks("python"))
+@pytest.mark.parametrize(("page", "text"), texts("python"))
 def test_every_python_block_is_python(page: str, text: str) -> None:
     compile(text, page, "exec", flags=0x2000)  # ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
@@ -156,16 +154,6 @@ def headings(page: Path) -> set[str]:
     """As anchors."""
     found = re.findall(r"^#+ (.+)$", page.read_text(), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in found}
-
-
-@pytest.mark.parametrize(("page", "text"), [*blocks("bash"), *blocks("console")])
-def test_every_mosaic_command_in_the_docs_exists(page: str, text: str) -> None:
-    known = (ROOT / "docs/reference/command-line.md").read_text()
-    for line in text.splitlines():
-        match = re.match(r"\s*(?:\$ )?mosaic((?: [a-z][a-z0-9]*)+)", line)
-        if match:
-            words = match[1].split()
-            assert any(f"## `mosaic {' '.join(words[:count])}`" in known for count in range(len(words), 0, -1)), line
 
 
 def test_the_page_on_own_pages_shows_the_example_as_it_is() -> None:

@@ -47,8 +47,8 @@ def module_file(install_distribution: InstallDistribution) -> Path:
 
 def test_the_plugin_of_the_page_announces_its_widget(module_file: Path) -> None:
     (connector,) = AutoConfigurer().from_config(RobotConfig.model_validate(CONFIG)).connectors
-    assert connector.entry.widget == "acme-arm/ArmPanel"
-    assert connector.entry.widget_module is not None
+    assert connector.entries[0].widget == "acme-arm/ArmPanel"
+    assert connector.entries[0].widget_module is not None
     assert exports_of(module_file.read_text()) == {"apiVersion", "ArmPanel"}
 
 

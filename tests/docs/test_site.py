@@ -104,6 +104,12 @@ def test_every_picture_is_on_a_page(site: Path) -> None:
     assert {path.name for path in (ROOT / "docs/images").iterdir() if path.name not in told} == set()
 
 
+def test_the_site_has_pages_and_what_they_load_and_no_script_that_makes_them(site: Path) -> None:
+    loaded = {".css", ".inv", ".js", ".json", ".png", ".svg", ".webp", ".xml"}
+    files = [path for path in site.rglob("*") if path.is_file() and path.name != "LICENSE"]
+    assert [str(path.relative_to(site)) for path in files if path.suffix not in loaded | {".html"}] == []
+
+
 def test_pages_with_diagrams_bring_the_script_that_draws_them_and_no_page_loads_from_others(site: Path) -> None:
     pages = {path: path.read_text() for path in site.rglob("*.html")}
     drawn = [text for text in pages.values() if 'class="mermaid"' in text]

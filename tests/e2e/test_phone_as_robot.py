@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import re
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
 import httpx
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Playwright, expect
 from support.people import access_token, wait_connected
+from support.waiting import wait_for
 
 from mosaic_core.messages import BatteryState
 from mosaic_core.operator import MosaicOperator
@@ -34,8 +39,14 @@ PICTURE_MOVES = """
 
 
 @pytest.fixture(scope="module")
+def quiet_words(quiet_words: list[str]) -> list[str]:
+    """Every browser here has a camera."""
+    return [*quiet_words, *FAKE]
+
+
+@pytest.fixture(scope="module")
 def with_camera(playwright: Playwright, chromium: str, quiet_words: list[str]) -> Iterator[Browser]:
-    running = playwright.chromium.launch(executable_path=chromium, args=[*quiet_words, *FAKE])
+    running = playwright.chromium.launch(executable_path=chromium, args=quiet_words)
     yield running
     running.close()
 
@@ -43,9 +54,13 @@ def with_camera(playwright: Playwright, chromium: str, quiet_words: list[str]) -
 @pytest.fixture(scope="module")
 def phone(with_camera: Browser) -> Iterator[BrowserContext]:
     """The browser of the phone, over the whole module: it remembers which robot it is."""
-    context = with_camera.new_context(viewport=PHONE, geolocation=BERLIN, permissions=ALLOWED)  # type: ignore[arg-type]
+    context = phone_in(with_camera)
     yield context
     context.close()
+
+
+def phone_in(browser: Browser) -> BrowserContext:
+    return browser.new_context(viewport=PHONE, geolocation=BERLIN, permissions=ALLOWED)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +73,12 @@ def account(server: Any, seed: Any) -> Iterator[httpx.Client]:
 @pytest.fixture
 def shared(phone: BrowserContext, server: Any, account: httpx.Client) -> Iterator[Page]:
     """The phone's page after the link was opened and everything but the loudspeaker was switched on and shared."""
+    with sharing(phone, server, account) as page:
+        yield page
+
+
+@contextmanager
+def sharing(phone: BrowserContext, server: Any, account: httpx.Client) -> Iterator[Page]:
     page = phone.new_page()
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
@@ -107,6 +128,14 @@ def test_a_phone_is_seen_and_heard_of_until_it_stops(shared: Page, operator: Pag
     expect(operator.get_by_text("The robot isn't connected to the server.")).to_be_visible()
 
 
+def test_what_is_shared_and_its_end_are_at_hand_however_far_a_phone_is_scrolled(shared: Page) -> None:
+    shared.set_viewport_size({"width": PHONE["height"], "height": PHONE["width"]})
+    shared.mouse.wheel(0, 5000)
+    expect(shared.get_by_text("Keep this page in front")).to_be_in_viewport()
+    expect(standing(shared)).to_be_in_viewport(ratio=1)
+    expect(shared.get_by_role("button", name="Stop sharing")).to_be_in_viewport(ratio=1)
+
+
 def test_the_camera_is_off_while_nobody_watches_and_the_other_one_takes_over(shared: Page, operator: Page) -> None:
     operator.goto(f"{operator.url}robots/{robot_id_of(shared)}")
     wait_connected(operator)
@@ -116,6 +145,50 @@ def test_the_camera_is_off_while_nobody_watches_and_the_other_one_takes_over(sha
     assert operator.evaluate(PICTURE_MOVES)
     operator.close()
     expect(standing(shared)).to_have_text("Nobody watches: camera and microphone are off.")
+
+
+def age_ms(page: Page) -> float:
+    """How old the picture is that the operator sees, by the facts below it; -1 where nobody knows."""
+    found = re.search(r"(\d+) ms old", page.get_by_test_id("picture-facts").inner_text())
+    return float(found[1]) if found else -1.0
+
+
+def test_the_operator_sees_how_old_the_phones_picture_is(shared: Page, operator: Page) -> None:
+    operator.goto(f"{operator.url}robots/{robot_id_of(shared)}")
+    wait_connected(operator)
+    wait_for(lambda: 0 <= age_ms(operator) < 5000, "the age of the picture is shown")
+
+
+def test_a_browser_that_stood_still_shares_again_by_itself(
+    own_browser: Any, operator: Page, server: Any, account: httpx.Client
+) -> None:
+    """As behind a locked screen: nothing of it runs, and its operator has long lost it."""
+    with sharing(phone_in(own_browser.browser), server, account) as page:
+        operator.goto(f"{operator.url}robots/{robot_id_of(page)}")
+        wait_connected(operator)
+        assert operator.evaluate(PICTURE_MOVES)
+        os.killpg(own_browser.process.pid, signal.SIGSTOP)
+        try:
+            expect(operator.get_by_test_id("video")).to_have_attribute("data-state", "reconnecting")
+        finally:
+            os.killpg(own_browser.process.pid, signal.SIGCONT)
+        expect(operator.get_by_test_id("video")).to_have_attribute("data-state", "live")
+        assert operator.evaluate(PICTURE_MOVES)
+        expect(standing(page)).to_have_text("Shared now: camera.")
+        page.get_by_role("button", name="Stop sharing").click()
+        expect(page.get_by_role("button", name="Start sharing")).to_be_visible()
+
+
+def test_another_network_is_used_at_once(shared: Page, operator: Page, phone: BrowserContext) -> None:
+    operator.goto(f"{operator.url}robots/{robot_id_of(shared)}")
+    wait_connected(operator)
+    phone.set_offline(True)
+    expect(standing(shared)).to_have_text("Looking for the server …")
+    phone.set_offline(False)
+    expect(standing(shared)).to_have_text("Shared now: camera.")
+    operator.reload()
+    wait_connected(operator)
+    assert operator.evaluate(PICTURE_MOVES)
 
 
 def test_the_same_phone_is_the_same_robot_and_keeps_no_account(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from support.people import wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
+PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
 POINTS = 60_000
 """Enough for the worker, on a machine that draws with its processor."""
 SOFTWARE_GRAPHICS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -100,3 +102,46 @@ def test_without_webgl_it_is_said(
     flags = NO_GRAPHICS
     with browsing(playwright, chromium, flags) as browser, robot_page(browser, server, seed, sign_in) as page:
         expect(page.get_by_text("This browser can't draw point clouds now")).to_be_visible()
+
+
+@pytest.fixture(scope="module")
+def depth_robot(start_robot: Any) -> Any:
+    camera = "camera: { source: fake, width: 320, height: 240, fps: 15 }"
+    parts = ("depth-camera, label: front", "depth-picture, label: front_depth", "depth-cloud, label: front_cloud")
+    return start_robot("".join(f"  - {{ type: {part}, params: {{ {camera} }} }}\n" for part in parts), wait=False)
+
+
+COLOUR_AT = """([label, x, y]) => {
+  const video = document.querySelector(`video[aria-label="Picture of ${label}"]`)
+  if (!video?.videoWidth) return [0, 0, 0]
+  const canvas = new OffscreenCanvas(video.videoWidth, video.videoHeight)
+  canvas.getContext('2d').drawImage(video, 0, 0)
+  return [...canvas.getContext('2d').getImageData(x * video.videoWidth, y * video.videoHeight, 1, 1).data.slice(0, 3)]
+}"""
+
+
+def test_a_depth_camera_is_its_picture_its_depth_in_colours_and_a_cloud(
+    playwright: Playwright,
+    chromium: str,
+    server: Any,
+    seed: Any,
+    sign_in: Any,
+    depth_robot: Any,
+    wait_for: Callable[..., float],
+) -> None:
+    flags = SOFTWARE_GRAPHICS
+    with browsing(playwright, chromium, flags) as browser, robot_page(browser, server, seed, sign_in) as page:
+        wait_for(lambda: page.evaluate(COLOUR_AT, ["front", 0.9, 0.1])[2] > 150, "the wall is seen")
+
+        def is_far(place: tuple[float, float]) -> bool:
+            red, _, blue = page.evaluate(COLOUR_AT, ["front_depth", *place])
+            return bool(blue > red + 60)
+
+        wait_for(lambda: is_far((0.9, 0.1)), "the wall is far: blue")
+        near = page.evaluate(COLOUR_AT, ["front_depth", 0.9, 0.97])
+        assert near[0] > near[2], "the floor before the camera is near"
+        assert max(page.evaluate(COLOUR_AT, ["front_depth", 0.01, 0.5])) < 60, "what is not known is black"
+        expect(page.get_by_text(re.compile(r"1\d,\d{3} points · [\d.]+ Hz"))).to_be_visible(timeout=20_000)
+        expect(page.get_by_text(re.compile(r"^119\.5"))).to_be_visible()
+        if PICTURES:
+            page.screenshot(path=f"{PICTURES}/depth-camera.png")

@@ -1,5 +1,5 @@
-"""A connector with several handlers: a robot announces, delivers, guards and counts each of them for itself, and an
-operator finds each by its own label."""
+"""A connector with several handlers: a robot announces, delivers, guards, shows and counts each of them for itself, and
+an operator finds each by its own label."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
+import numpy as np
 import pytest
 
 from mosaic_core import (
+    AudioReceivable,
+    AudioTrackHandler,
     DataChannelBidirectional,
     DataChannelConfigurer,
     DataChannelReceivable,
@@ -17,17 +20,19 @@ from mosaic_core import (
     Delivery,
     FieldBounds,
     Handler,
+    MediaTrackConfigurer,
     MediaTrackHandler,
     Message,
     MosaicError,
     NoParams,
     Sender,
 )
+from mosaic_core.laboratory.networks import WebRtcNetwork
 from mosaic_core.messages import BatteryState, JointState, JointTarget
 from mosaic_core.runtime.observation.delivery_reports import row_of
 from mosaic_core.runtime.observation.metrics_text import metrics_text
 from mosaic_core.testing import Joined, connector, joined, until
-from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import ConfigError
 
 
@@ -102,9 +107,10 @@ async def test_each_handler_is_announced_with_what_it_says() -> None:
     async with arm() as link:
         catalogue = link.connection.catalogue
         assert catalogue is not None
-        whole, apart = catalogue.entries[0], {entry.label: entry for entry in catalogue.apart()}
-        assert (whole.label, len(catalogue.entries), whole.direction) == ("arm", 1, Direction.BOTH)
+        apart = {entry.label: entry for entry in catalogue.entries}
         assert list(apart) == ["arm", "arm_joints", "arm_grip", "arm_power"]
+        assert {entry.type for entry in catalogue.entries} == {"acme-arm"}
+        assert apart["arm"].direction is Direction.TO_ROBOT
         assert apart["arm"].schema_id == "mosaic/JointTarget@1"
         assert apart["arm"].safety == {
             "timeout_s": 5.0, "requires_lease": True, "resource": "arm",
@@ -121,7 +127,7 @@ async def test_each_handler_is_announced_with_what_it_says() -> None:
             "acme/Force@1",
             ["force_n"],
         )
-        assert all(channel.message_schema is None for channel in whole.short().channels)
+        assert all(entry.message_schema is None for entry in catalogue.short().entries)
 
 
 async def test_an_operator_finds_each_by_its_label_and_reads_it_typed() -> None:
@@ -187,7 +193,7 @@ async def test_the_files_delivery_and_limits_reach_each_handler_that_has_them() 
     async with arm(safety={"limits": {"positions.elbow": {"max": 0.5}}, "timeout_s": 2}, delivery="reliable") as link:
         catalogue = link.connection.catalogue
         assert catalogue is not None
-        assert {entry.delivery for entry in catalogue.apart()} == {Delivery.RELIABLE}
+        assert {entry.delivery for entry in catalogue.entries} == {Delivery.RELIABLE}
         routes = link.robot._live.runs.routes
         assert [limit.fields for limit in routes["arm"].safety.limits] == [("positions.*",), ("positions.elbow",)]
         assert routes["arm_grip"].safety.limits == ()
@@ -216,25 +222,93 @@ def test_one_that_declares_nothing_sends_any_json() -> None:
 
 
 class Eye(MediaTrackHandler):
+    """Sees one shade of grey."""
+
+    runs = "watched"
+
+    def __init__(self, label: str, shade: int) -> None:
+        super().__init__(label)
+        self.shade = shade
+
     def frames(self) -> Iterator[Any]:
-        yield from ()
+        for _ in self.every(0.02):
+            yield np.full((64, 96, 3), self.shade, np.uint8)
 
 
-class EyesConfigurer(DataChannelConfigurer[NoParams]):
+class Ear(AudioTrackHandler):
+    def sounds(self) -> Iterator[Any]:
+        for _ in self.every(0.02):
+            yield np.zeros((480, 1), np.int16)
+
+
+class Mouth(AudioReceivable):
+    def handle_sound(self, sound: Any, sender: Sender) -> None:
+        """Plays nothing."""
+
+
+class HeadConfigurer(MediaTrackConfigurer[NoParams]):
     def configure(self) -> Sequence[Handler]:
-        return [Eye(self.label), Eye(f"{self.label}_right")]
+        label = self.label
+        eyes = [Eye(f"{label}_left", 60), Eye(f"{label}_right", 200)]
+        return [*eyes, Ear(f"{label}_ear"), Mouth(f"{label}_mouth"), Gripper(f"{label}_neck")]
 
 
-class SeeingConfigurer(DataChannelConfigurer[NoParams]):
+def head(**more: Any) -> Any:
+    return joined(connector(HeadConfigurer, label="head"), **more)
+
+
+async def test_cameras_microphones_and_loudspeakers_are_announced_each_beside_what_takes_messages() -> None:
+    async with head() as link:
+        catalogue = link.connection.catalogue
+        assert catalogue is not None
+        assert [(one.label, one.kind, one.direction, len(one.channels)) for one in catalogue.entries] == [
+            ("head_left", Kind.VIDEO, Direction.TO_OPERATOR, 0),
+            ("head_right", Kind.VIDEO, Direction.TO_OPERATOR, 0),
+            ("head_ear", Kind.AUDIO, Direction.TO_OPERATOR, 0),
+            ("head_mouth", Kind.AUDIO, Direction.TO_ROBOT, 0),
+            ("head_neck", Kind.DATA, Direction.BOTH, 1),
+        ]
+
+
+async def test_two_cameras_of_one_connector_are_each_watched_and_counted_alone() -> None:
+    async with head() as link:
+        rows = lambda: {row.label: row for row in link.robot.snapshot().connectors}  # noqa: E731
+        right = link.connection.media("head_right")
+        assert int((await right.next_image()).mean()) == 200
+        await until(lambda: rows()["head_right"].messages)
+        assert (rows()["head_right"].peers, rows()["head_left"].peers) == (1, 0)
+        assert (rows()["head_right"].state, rows()["head_left"].state) == ("running", "waiting"), "nobody looks left"
+        assert rows()["head_left"].messages == 0
+        assert int((await link.connection.media("head_left").next_image()).mean()) == 60
+        assert 'connector="head_left"' in metrics_text(link.robot.snapshot(), "test")
+
+
+async def test_two_cameras_of_one_connector_over_real_webrtc() -> None:
+    with WebRtcNetwork() as network:
+        async with head(network=network) as link:
+            stores = {shade: link.connection.media(label) for shade, label in ((60, "head_left"), (200, "head_right"))}
+            for shade, store in stores.items():
+                assert int((await store.next_image()).mean()) == pytest.approx(shade, abs=12)
+            rows = {row.label: row for row in link.robot.snapshot().connectors}
+            assert (rows["head_left"].peers, rows["head_right"].peers) == (1, 1)
+            assert rows["head_left"].messages
+            assert rows["head_right"].messages
+
+
+async def test_the_files_delivery_is_of_the_data_channels_and_never_of_pictures() -> None:
+    async with joined(connector(HeadConfigurer, label="head", delivery="bulk")) as link:
+        catalogue = link.connection.catalogue
+        assert catalogue is not None
+        delivery = {one.label: one.delivery for one in catalogue.entries}
+        assert (delivery["head_neck"], delivery["head_left"]) == (Delivery.BULK, Delivery.LATEST)
+
+
+class TwinsConfigurer(MediaTrackConfigurer[NoParams]):
     def configure(self) -> Sequence[Handler]:
-        return [Joints(self.label), Eye(f"{self.label}_eye")]
+        return [Eye(self.label, 1), Eye(self.label, 2)]
 
 
-@pytest.mark.parametrize(("configurer", "second"), [(EyesConfigurer, "eyes_right"), (SeeingConfigurer, "eyes_eye")])
-async def test_tracks_that_nobody_would_be_told_of_are_refused(configurer: Any, second: str) -> None:
-    with pytest.raises(ConfigError) as refused:
-        async with joined(connector(configurer, label="eyes")):
+async def test_two_handlers_of_one_label_are_refused() -> None:
+    with pytest.raises(ConfigError, match="makes two handlers of one label 'eyes'"):
+        async with joined(connector(TwinsConfigurer, label="eyes")):
             raise AssertionError("it started")
-    (problem,) = refused.value.problems
-    assert f"makes 'eyes', '{second}'" in problem.message
-    assert problem.cure.startswith("make a connector type of its own for each camera")

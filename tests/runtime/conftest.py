@@ -15,16 +15,15 @@ import pytest
 from mosaic_core.contract import hooks
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity, StartPeer
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import AnswererListener
 from mosaic_core.testing import until
-from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
 from mosaic_core.words.control import (
     CHANNEL_PROTOCOL,
@@ -38,7 +37,7 @@ from mosaic_core.words.control import (
     Stop,
     parse_control,
 )
-from mosaic_core.words.data_type import Delivery, Kind
+from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConnectionFailed, SignalingError
 from mosaic_core.words.ice import IceServer
@@ -315,26 +314,11 @@ def connector_of(
     safety: Mapping[str, Any] | None = None,
 ) -> Connector:
     """A built connector without a YAML file."""
-    first = handlers[0]
-    name = label or first.label
+    name = label or handlers[0].label
     contract = DeliveryContract(mode=delivery) if isinstance(delivery, Delivery) else delivery
-    terms = terms_of(chosen(first.delivery, contract))
-    entry = CatalogueEntry(
-        label=name,
-        type="test",
-        kind=Kind.VIDEO if first.kind is Kind.VIDEO else Kind.DATA,
-        data_type=first.data_type,
-        direction=first.data_type.direction,
-        channels=tuple(ChannelEntry(label=handler.label, data_type=handler.data_type) for handler in handlers),
-        delivery=terms.mode,
-    )
-    config = ConnectorConfig(type="test", label=name, delivery=contract)
-    return Connector(
-        config,
-        tuple(handlers),
-        entry,
-        SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})}),
-    )
+    limits = SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})})
+    entries = catalogue_entries(name, "test", handlers, limits, contract)
+    return Connector(ConnectorConfig(type="test", label=name, delivery=contract), handlers, entries, limits)
 
 
 class Hooks:

@@ -47,7 +47,28 @@ SERVICES = {
     "action_msgs/msg/CancelGoal_Response": "int8 return_code\nGoalInfo[] goals_canceling",
 }
 """rosbags knows messages alone; on the wire these are of services and actions."""
-for _name, _text in SERVICES.items():
+FURTHER = {
+    "control_msgs/msg/GripperCommand": "float64 position\nfloat64 max_effort",
+    "foxglove_msgs/msg/Point2": "float64 x\nfloat64 y",
+    "foxglove_msgs/msg/Color": "float64 r\nfloat64 g\nfloat64 b\nfloat64 a",
+    "foxglove_msgs/msg/CircleAnnotation": (
+        "builtin_interfaces/Time timestamp\nPoint2 position\nfloat64 diameter\nfloat64 thickness\n"
+        "Color fill_color\nColor outline_color"
+    ),
+    "foxglove_msgs/msg/PointsAnnotation": (
+        "builtin_interfaces/Time timestamp\nuint8 type\nPoint2[] points\nColor outline_color\n"
+        "Color[] outline_colors\nColor fill_color\nfloat64 thickness"
+    ),
+    "foxglove_msgs/msg/TextAnnotation": (
+        "builtin_interfaces/Time timestamp\nPoint2 position\nstring text\nfloat64 font_size\n"
+        "Color text_color\nColor background_color"
+    ),
+    "foxglove_msgs/msg/ImageAnnotations": (
+        "CircleAnnotation[] circles\nPointsAnnotation[] points\nTextAnnotation[] texts"
+    ),
+}
+"""Packages that rosbags does not bring."""
+for _name, _text in (SERVICES | FURTHER).items():
     STORE.register(get_types_from_msg(_text, _name))
 
 _PRIMITIVES: dict[str, Any] = {
@@ -238,6 +259,11 @@ class RosServer:
         client, number = struct.unpack_from("<Qq", data, 4)
         request = decoded(self._request, data[:4] + data[20:])
         body = encoded(self._response, self._answer(request))
+        if not self._is_closing.is_set():
+            self.reply(client, number, body)
+
+    def reply(self, client: int, number: int, body: bytes) -> None:
+        """A reply to this request of this client, or to nobody's."""
         self._writer.write_bytes(body[:4] + struct.pack("<Qq", client, number) + body[4:])
 
     def close(self) -> None:

@@ -65,12 +65,19 @@ class ZenohRos:
     def key(self, name: str, type_name: str, type_hash: str) -> str:
         return f"{self.domain}/{name.strip('/')}/{dds_name_of(type_name)}/{type_hash}"
 
-    def publisher(self, topic: str, name: str, qos: str = "2::,5:,:,:,,") -> Callable[[Mapping[str, Any]], None]:
+    def publisher(
+        self, topic: str, name: str, qos: str = "2::,5:,:,:,,"
+    ) -> Callable[[Mapping[str, Any] | bytes], None]:
+        """What publishes values, or bytes as they are."""
         type_hash = STORE.hash_rihs01(name)
         publisher = self.session.declare_publisher(self.key(topic, name, type_hash))
         self.token("MP", topic, name, type_hash, qos)
         self._kept.append(publisher)
-        return lambda values: publisher.put(encoded(name, values), attachment=beside(1))
+
+        def publish(told: Mapping[str, Any] | bytes) -> None:
+            publisher.put(told if isinstance(told, bytes) else encoded(name, told), attachment=beside(1))
+
+        return publish
 
     def latched(self, topic: str, name: str, values: Mapping[str, Any]) -> None:
         """A transient local publisher that has said something."""

@@ -16,6 +16,13 @@ _CODECS: tuple[CodecName, ...] = ("H264", "VP8")
 _AT_WORK = partial(chosen_kind, look=presumed)
 
 
+def preferred_of(found: Mapping[CodecName, EncoderKind]) -> CodecName:
+    """H.264 where only that is encoded in hardware; else VP8, which at equal CPU time has the better pictures
+    (docs/topics/video.md)."""
+    in_hardware = [codec for codec in _CODECS if codec in found and found[codec].is_hardware]
+    return "H264" if in_hardware == ["H264"] else "VP8"
+
+
 class FoundEncoders:
     """Finds this process's encoders and remembers them. Any thread, and nothing here waits: ``choose``, which takes its
     time, is called on a thread of its own.
@@ -38,11 +45,8 @@ class FoundEncoders:
 
     @property
     def preferred_codec(self) -> CodecName:
-        """H.264 where only that is encoded in hardware; else VP8, which at equal CPU time has the better pictures
-        (docs/topics/video.md). VP8 too during the moment in which they are still sought."""
-        found = self._found or {}
-        in_hardware = [codec for codec in _CODECS if codec in found and found[codec].is_hardware]
-        return "H264" if in_hardware == ["H264"] else "VP8"
+        """As :func:`preferred_of` says; VP8 during the moment in which they are still sought."""
+        return preferred_of(self._found or {})
 
     def began(self, kind: EncoderKind) -> None:
         """An encoder runs: a line, unless it was told already, or is about to be."""

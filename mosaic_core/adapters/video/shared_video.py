@@ -216,8 +216,7 @@ class SharedVideo:
         has_moved = False
         for viewer in self._watching.values():
             before = viewer.switch.current
-            if viewer.switch.takes(key, packet.is_keyframe):
-                self._counters.dropped += viewer.put(packet)
+            self._counters.dropped += viewer.offer(key, packet)
             has_moved |= viewer.switch.current != before
         if has_moved:
             self._reconsider()

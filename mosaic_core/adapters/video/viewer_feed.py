@@ -48,7 +48,7 @@ class ViewerFeed:
         self.is_local = is_local
         self.codec_order = tuple(codec_order)
         self.codec: CodecName | None = None
-        self.switch: RungSwitch[Hashable] = RungSwitch()
+        self.switch: RungSwitch[Hashable, av.Packet[Any]] = RungSwitch()
         self.connection = PeerCongestion()
         self.is_watching = False
         self._demand = Demand(0, 0, weight=USUAL_PX)
@@ -160,6 +160,11 @@ class ViewerFeed:
         self.switch.want(None)
         self._items.clear()
         self.connection.want_nothing(self)
+
+    def offer(self, key: Hashable, packet: av.Packet[Any]) -> int:
+        """A packet of any rung; how many were dropped for it."""
+        taken = self.switch.taken(key, packet, is_key=packet.is_keyframe, captured_at=packet.pts or 0)
+        return sum(self.put(one) for one in taken)
 
     def put(self, packet: av.Packet[Any]) -> int:
         """A packet of its rung; how many were dropped for it."""

@@ -11,8 +11,8 @@ from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.contract.units import unit_of
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
-from mosaic_core.runtime.configuration.connector import ChannelGroup, channel_groups
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
+from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety, fields_of
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import MosaicDataType
@@ -36,12 +36,12 @@ def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[
     except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
         raise Unmade(f"{type(error).__name__}: {error}") from None
     handlers = [made] if isinstance(made, Handler) else list(made)
-    entry = catalogue_entry(example["label"], connector_type, handlers, safety)
-    groups = {group.label: group for group in channel_groups(example["label"], handlers)}
-    return [_channel(one.wire(), groups[one.label], safety) for one in entry.apart()]
+    entries = catalogue_entries(example["label"], connector_type, handlers, safety)
+    groups = handler_groups(example["label"], handlers)
+    return [_channel(one.wire(), group, safety) for one, group in zip(entries, groups, strict=True)]
 
 
-def _channel(entry: dict[str, Any], group: ChannelGroup, safety: SafetyConfig) -> Channel:
+def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -> Channel:
     is_media = group.handlers[0].data_type is MosaicDataType.MEDIA
     names = ("label", "kind", "dataType", "direction", "schemaId", "sentSchemaId", "widget")
     channel = {_snake(name): entry.get(name) for name in names}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -27,8 +27,16 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 @app.command("list")
-def list_types(as_json: AsJson = False) -> None:
-    """List the connector types that are installed, or stand in the folder `connectors/`; imports none of them."""
+def list_types(
+    as_json: AsJson = False,
+    check: Annotated[bool, typer.Option("--check", help="Import each, and say what can't be used.")] = False,
+) -> None:
+    """List the connector types that are installed, or stand in the folder `connectors/`; imports none of them.
+
+    With `--check` each is imported, in a process of its own that is thrown away, but for those of the folder
+    `connectors/`, whose code is never run for this.
+    """
+    from mosaic_core.cli.configuration.broken_types import broken_types
     from mosaic_core.cli.terminal.plain_table import print_table
 
     resolver = resolver_beside(HERE, is_wanted=True)
@@ -38,10 +46,11 @@ def list_types(as_json: AsJson = False) -> None:
     rows = [
         (one, first_docstring_line(one.entry_point, one.local.file if one.local else None)) for one in resolver.types()
     ]
+    broken = broken_types(resolver, imports=check)
     if as_json:
-        typer.echo(json.dumps([_as_json(one, text) for one, text in rows]))
+        typer.echo(json.dumps([{**_as_json(one, text), **_why_broken(one.type, broken)} for one, text in rows]))
         return
-    cells = [(one.type, text, one.distribution, one.version) for one, text in rows]
+    cells = [(one.type, _told(text, broken.get(one.type)), one.distribution, one.version) for one, text in rows]
     print_table(("type", "description", "distribution", "version"), cells, folded=1)
 
 
@@ -69,6 +78,14 @@ def show(
         _print_params(heading, rows)
     typer.echo("Example:\n")
     typer.echo(example_yaml(connector_type, configurer))
+
+
+def _told(description: str, cause: str | None) -> str:
+    return description if cause is None else f"BROKEN: {cause}"
+
+
+def _why_broken(connector_type: str, broken: Mapping[str, str]) -> dict[str, str]:
+    return {"broken": broken[connector_type]} if connector_type in broken else {}
 
 
 def _as_json(one: InstalledConnector, description: str) -> dict[str, Any]:

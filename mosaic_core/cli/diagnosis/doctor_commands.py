@@ -82,14 +82,13 @@ def doctor(
 @app.command()
 def encoders(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
     """Try every video encoder: which ones work, how fast they are at 720p, and why the others don't."""
-    from mosaic_core.adapters.video.encoder_choice import KINDS, EncoderUnavailable, chosen_kind, measured_speed, probed
+    from mosaic_core.adapters.video.encoder_choice import KINDS, measured_speed, probed
+    from mosaic_core.doctor.board_checks import ROOT, board_model
+    from mosaic_core.doctor.encoder_checks import found_encoders, taken_sentence
+    from mosaic_core.machines.diagnosis.board_verdicts import Board
 
-    chosen = set()
-    for codec in ("VP8", "H264"):
-        try:
-            chosen.add(chosen_kind(codec).name)
-        except EncoderUnavailable:
-            continue  # the table shows why
+    found = found_encoders()
+    chosen = {kind.name for kind in found.values()}
     rows = []
     for kind in KINDS:
         probe = probed(kind)
@@ -98,6 +97,8 @@ def encoders(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")
         typer.echo(json.dumps([_as_json(*row) for row in rows]))
     else:
         _print_table(rows)
+        if found:
+            typer.echo(f"\n{taken_sentence(found, Board(board_model(ROOT)))}")
     if not chosen:
         raise typer.Exit(1)
 

@@ -152,7 +152,7 @@ async def _labels(operator: MosaicOperator, robot: RobotSummary) -> list[str]:
         return []
     if catalogue is None:
         catalogue = described_catalogue(await operator.rest.described(robot.id))
-    return [entry.label for entry in catalogue.apart()]
+    return [entry.label for entry in catalogue.entries]
 
 
 async def connected(

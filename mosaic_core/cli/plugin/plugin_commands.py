@@ -51,7 +51,7 @@ def new(
     if taken:
         usage(f"{taken[0].source} has the type '{taken[0].type}' already; choose another name")
     plugin.write(Path(name))
-    typer.echo(f"wrote {name}/; next:\n  cd {name} && pip install --group dev -e .")
+    typer.echo(f"wrote {name}/; next:\n  cd {name} && pip install --upgrade pip && pip install --group dev -e .")
     typer.echo("  pytest\n  mosaic validate --allow-missing-env\n  mosaic demo --with .")
 
 

@@ -27,7 +27,7 @@ class PluginKind:
 
     sentence: str
     example: Mapping[str, object]
-    dependencies: tuple[str, ...] = ("mosaic-core>=0.1,<1", "pydantic>=2.9")
+    dependencies: tuple[str, ...] = ("mosaic-core>=0.1,<1", "pydantic>=2.12")
     more: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     has_widget: bool = False
 
@@ -42,7 +42,7 @@ KINDS = {
     "camera": PluginKind(
         "The pictures of a camera.",
         {"params": {"width": 640, "height": 480, "fps": 20}},
-        ("mosaic-core>=0.1,<1", "numpy>=1.26", "pydantic>=2.9"),
+        ("mosaic-core>=0.1,<1", "numpy>=1.26", "pydantic>=2.12"),
     ),
     "request": PluginKind(
         "What lies on a scale, weighed when somebody asks.", {"params": {"port": "/dev/ttyUSB0", "period_s": 0.2}}

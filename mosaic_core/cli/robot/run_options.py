@@ -104,7 +104,10 @@ def run(
     log_format: Annotated[LogFormat, typer.Option(help="How log lines look on stderr.")] = LogFormat.TEXT,
     log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
 ) -> None:
-    """Run a robot: connect its connectors to operators until Ctrl+C (SIGINT) or SIGTERM."""
+    """Run a robot: connect its connectors to operators until Ctrl+C (SIGINT) or SIGTERM.
+
+    It ends with exit code 3 where another robot of the same id took its place at the server.
+    """
     from mosaic_core.cli.robot.run_command import run_robot
 
     lan = wish_of(serve, name, tls_cert, tls_key, widgets=widgets)

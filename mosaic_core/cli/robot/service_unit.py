@@ -79,9 +79,10 @@ def _service_section(unit: ServiceUnit) -> list[str]:
     return [
         *lines,
         f"ExecStart={' '.join(_word(one) for one in unit.command)}",
-        "# 2 is a mistake in the robot's file, which doesn't mend itself.",
+        "# 2 is a mistake in the robot's file, which doesn't mend itself; 3 says that another robot of the same id",
+        "# took its place: started again, each would put the other off for ever.",
         "Restart=on-failure",
-        "RestartPreventExitStatus=2",
+        "RestartPreventExitStatus=2 3",
         f"RestartSec={RESTART_S}",
         f"TimeoutStopSec={STOP_WITHIN_S}",
     ]

@@ -12,8 +12,9 @@ import typer
 
 from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem, hint_at
 
-FINE, FAILED, USAGE = 0, 1, 2
-"""Exit codes of every command: 2 is usage or configuration, 1 the rest."""
+FINE, FAILED, USAGE, REPLACED = 0, 1, 2, 3
+"""Exit codes of every command: 2 is usage or configuration, 3 a robot that gave way to another of the same id, 1 the
+rest. Neither 2 nor 3 is mended by a new start."""
 
 _SECRET = re.compile(
     r"((?:token|credential|password|secret|api_key)[\"']?\s*:\s*)(?!\$\{|\{)([^\s,}\]]+)", re.IGNORECASE
@@ -33,6 +34,9 @@ def need_known(what: str, name: str, known: Sequence[str]) -> None:
 
 
 def exit_code_of(error: MosaicError) -> int:
+    """As a process tells whoever started it, a service manager for one, whether to start it again."""
+    if error.code == "signal.replaced":
+        return REPLACED
     is_usage = isinstance(error, ConfigError | PluginError) or error.code.startswith("config.")
     return USAGE if is_usage else FAILED
 

@@ -95,7 +95,7 @@ class UnknownLabel(ConnectionFailed):
     """The robot has nothing under this label. ``nearest`` is the most similar one that it has."""
 
     def __init__(self, label: str, catalogue: Catalogue, *, is_told: bool = False) -> None:
-        known = [entry.label for entry in catalogue.apart()]
+        known = [entry.label for entry in catalogue.entries]
         known += [channel.label for entry in catalogue.entries for channel in entry.channels]
         self.nearest = next(iter(get_close_matches(label, known, 1, 0.5)), None)
         hint = hint_at(label, known)
@@ -137,11 +137,10 @@ def _shape(entry: CatalogueEntry) -> tuple[object, ...]:
 
 
 def found_entry(catalogue: Catalogue, label: str) -> CatalogueEntry | None:
-    """The channel of this label that stands for itself, the connector of this label, or the one whose channel has
-    it."""
-    known = (*catalogue.apart(), *catalogue.entries)
-    whole = next((entry for entry in known if entry.label == label), None)
-    return whole or next((entry for entry in known if any(label == one.label for one in entry.channels)), None)
+    """The entry of this label, or the one whose channel has it."""
+    whole = next((entry for entry in catalogue.entries if entry.label == label), None)
+    parts = (entry for entry in catalogue.entries if any(label == one.label for one in entry.channels))
+    return whole or next(parts, None)
 
 
 def resource_of(entry: CatalogueEntry) -> str | None:
@@ -166,8 +165,7 @@ def check_answers(label: str, known: Known) -> None:
     entry = found_entry(known.catalogue, label)
     if entry is None or entry.direction is Direction.BOTH:
         return  # nobody has that label, which is told by whoever opens its channel
-    apart = known.catalogue.apart()
-    answering = [one.label for one in apart if one.answer_schema is not None]
+    answering = [one.label for one in known.catalogue.entries if one.answer_schema is not None]
     cure = f"Those that do: {', '.join(answering)}." if answering else "No connector of this robot does."
     message = f"{label!r} answers no requests{hint_at(label, answering)}"
     raise ConnectionFailed(message, code="channel.wrong_direction", cure=cure)

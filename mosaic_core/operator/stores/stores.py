@@ -160,16 +160,17 @@ class SendableStore(MosaicStore):
         """Say ``target`` again and again while the block runs, so that the robot does not take silence for a lost
         operator; after the block, its time-out holds it. ``period_s``: a third of that time-out or less. Leave out a
         target's own duration, which would begin anew each time. Raises as :meth:`send_json`, when the block ends for
-        what was said in between."""
+        what was said in between; an error of the block itself goes first, with a note of that one."""
         self.send_json(target)
         saying = asyncio.create_task(self._say(target, period_s))
         try:
             yield
-        finally:
-            saying.cancel()
-            await asyncio.wait([saying])
-        if not saying.cancelled():
-            saying.result()
+        except BaseException as error:
+            if failure := await _failure_of(saying):
+                error.add_note(f"It was not held to the end: {failure}")
+            raise
+        if failure := await _failure_of(saying):
+            raise failure
 
     async def _say(self, target: BaseModel | Mapping[str, Any] | list[Any], period_s: float) -> None:
         while True:
@@ -201,6 +202,13 @@ class SendableStore(MosaicStore):
 
 class BidirectionalStore(ReceivableStore, SendableStore):
     """Sends and receives on one channel of a connector."""
+
+
+async def _failure_of(task: asyncio.Task[None]) -> BaseException | None:
+    """End the task; why it had ended before by itself, if it had."""
+    task.cancel()
+    await asyncio.wait([task])
+    return None if task.cancelled() else task.exception()
 
 
 def _never() -> bool:

@@ -47,6 +47,7 @@ class Inbox:
         self._queue: deque[Incoming] = deque()
         self._size_bytes = 0
         self._is_closed = False
+        self._is_held = False
         self._is_poked = False
         self.replaced = 0
 
@@ -79,7 +80,7 @@ class Inbox:
     def wait(self, timeout_s: float | None = None) -> Incoming | None:
         """Block this thread until there is one; ``None``: closed, :meth:`poked <poke>`, or none within the time."""
         with self._filled:
-            self._filled.wait_for(lambda: self._is_closed or self._is_poked or self._slots or self._queue, timeout_s)
+            self._filled.wait_for(lambda: self._is_closed or self._is_poked or self._has_one(), timeout_s)
             self._is_poked = False
             return None if self._is_closed else self._pop()
 
@@ -93,7 +94,22 @@ class Inbox:
     def is_closed(self) -> bool:
         return self._is_closed
 
+    def hold(self) -> None:
+        """Hand out nothing until :meth:`resume`; what comes meanwhile waits."""
+        with self._filled:
+            self._is_held = True
+
+    def resume(self) -> None:
+        with self._filled:
+            self._is_held = False
+            self._filled.notify_all()
+
+    def _has_one(self) -> bool:
+        return not self._is_held and bool(self._slots or self._queue)
+
     def _pop(self) -> Incoming | None:
+        if self._is_held:
+            return None
         if self._slots:
             return self._slots.popitem(last=False)[1]
         if not self._queue:

@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import pluggy
 from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
-from mosaic_core.contract.handler import Handler
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
+from mosaic_core.contract.handler import Handler, check_made
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
 from mosaic_core.runtime.configuration.connector import Connector
@@ -26,19 +27,22 @@ from mosaic_core.runtime.configuration.handler_problems import (
     body_problems,
     delivery_problems,
     label_problems,
-    media_problems,
     widget_problems,
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
-from mosaic_core.runtime.configuration.plugin_loading import explained_error, standing_at
+from mosaic_core.runtime.configuration.mistakes.unmade import broken, unmade
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
+from mosaic_core.runtime.threads.code_places import explained_error, standing_at
+from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem
 
 Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
+Kept: TypeAlias = tuple[CheckedConnector, Connector]
+_NONE: Mapping[str, Connector] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,16 +91,20 @@ class AutoConfigurer:
         """Configure from a configuration made in Python. Raises :class:`ConfigError`."""
         return self.configure(check_config(config, resolver=self.resolver))
 
-    def configure(self, checked: CheckedConfig) -> Configured:
-        """The steps after reading. Raises :class:`ConfigError` naming connector and distribution."""
+    def configure(self, checked: CheckedConfig, *, running: Mapping[str, Connector] = _NONE) -> Configured:
+        """The steps after reading. Raises :class:`ConfigError` naming connector and distribution. ``running``: by
+        label, connectors that are made already and stay the objects that they are."""
         problems: list[Problem] = []
-        made = self._configurers(checked.connectors, problems)
+        kept = [(one, running[one.config.label]) for one in checked.connectors if one.config.label in running]
+        made = self._configurers([one for one in checked.connectors if one.config.label not in running], problems)
         if not problems:
             configurers = [configurer for _, configurer in made]
             call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=configurers)
-        connectors = _connectors(made, problems)
+        connectors = _connectors(made, problems, kept)
         if problems:
             raise ConfigError(problems)
+        place = {one.config.label: number for number, one in enumerate(checked.connectors)}
+        connectors.sort(key=lambda connector: place[connector.config.label])
         every = [handler for connector in connectors for handler in connector.handlers]
         call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
         return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
@@ -123,82 +131,96 @@ class AutoConfigurer:
             try:
                 made.append((one, one.configurer(label, one.params, safety=one.safety, shared=self.shared.of(label))))
             except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-                problems.append(_broken(one, explained_error(error)))
+                problems += unmade(one, error)
         return made
 
 
-def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector]:
-    connectors: list[Connector] = []
-    known: list[WithHandlers] = []
+def _connectors(made: Sequence[Made], problems: list[Problem], kept: Sequence[Kept] = ()) -> list[Connector]:
+    connectors = [connector for _, connector in kept]
+    known: list[WithHandlers] = [(one, connector.handlers) for one, connector in kept]
     for one, configurer in made:
-        handlers = _handlers(one, configurer, problems)
-        if not handlers:
-            continue
-        known.append((one, handlers))
         try:
+            handlers = _handlers(one, configurer, problems)
+            if not handlers:
+                continue
+            known.append((one, handlers))
             problems += body_problems(one, handlers)
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
             problems += request_problems(one, handlers)
-            problems += media_problems(one, handlers)
             problems += widget_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
-            problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))
+            problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - what a handler says of itself may be a property
+            problems.append(broken(one, explained_error(error)))
+    every = [one for one, _ in (*kept, *made)]
     problems += label_problems(known)
-    problems += folder_problems([one for one, _ in made])
-    problems += _taken_channels(connectors, {one.config.label: one for one, _ in made})
+    problems += folder_problems(every)
+    problems += _taken_channels(connectors, {one.config.label: one for one in every})
     return connectors
 
 
-def _broken(one: CheckedConnector, cause: str) -> Problem:
-    return one.broken(f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}")
-
-
 def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
-    def broken(cause: str) -> tuple[Handler, ...]:
-        problems.append(_broken(one, cause))
+    def refused(cause: str) -> tuple[Handler, ...]:
+        problems.append(broken(one, cause))
         return ()
 
     try:
-        made = configurer.configure()
+        with told_when_slow(f"configure() of connector '{one.config.label}' of {one.installed.source}"):
+            made = configurer.configure()
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-        return broken(explained_error(error))
+        problems += unmade(one, error)
+        return ()
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
-        return broken(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
+        return refused(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
     unnamed = next(
         (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
     )
     if unnamed is not None:
         how = f"call super().__init__(label) with a text in {unnamed.__name__}.__init__"
-        return broken(f"its handler has no label: {how}{standing_at(unnamed)}")
+        return refused(f"its handler has no label: {how}{standing_at(unnamed)}")
     bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
     if bad:
-        return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+        return refused(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+    try:
+        for handler in handlers:
+            check_made(handler)
+    except MosaicError as wrong:
+        return refused(wrong.message)
     return handlers
 
 
 def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connector:
-    entry = catalogue_entry(one.config.label, one.config.type, handlers, one.safety, one.config.delivery)
-    return Connector(one.config, handlers, entry, one.safety)
+    entries = catalogue_entries(one.config.label, one.config.type, handlers, one.safety, one.config.delivery)
+    return Connector(one.config, handlers, entries, one.safety)
 
 
 def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, CheckedConnector]) -> list[Problem]:
-    """Channel names must be unique beyond the labels: ``connection-check`` makes ``L-receiver`` and ``L-sender``."""
+    """Names of tracks and channels must be unique beyond the connectors' labels: ``connection-check`` makes
+    ``L-receiver`` and ``L-sender``."""
     owner: dict[str, str] = {}
     problems = []
     for connector in connectors:
-        for name in dict.fromkeys(handler.label for handler in connector.handlers):
-            other = owner.setdefault(name, connector.config.label)
-            if other != connector.config.label:
-                message = (
-                    f"connector '{connector.config.label}' makes the channel '{name}', which '{other}' has already"
-                )
-                problems.append(
-                    checked[connector.config.label].problem(message, "label", code="config.duplicate_label")
-                )
-        if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
-            message = f"connector '{connector.config.label}' makes two channels of one name"
-            problems.append(checked[connector.config.label].broken(message))
+        label = connector.config.label
+        entries, handlers = [one.label for one in connector.entries], [one.label for one in connector.handlers]
+        for name in dict.fromkeys((*entries, *handlers)):
+            other = owner.setdefault(name, label)
+            if other != label:
+                message = f"connector '{label}' makes '{name}', which '{other}' has already"
+                problems.append(checked[label].problem(message, "label", code="config.duplicate_label"))
+        if len(set(handlers)) < len(handlers):
+            problems.append(_twins(connector, checked[label]))
     return problems
+
+
+def _twins(connector: Connector, one: CheckedConnector) -> Problem:
+    """Two handlers of one connector whose label is the same."""
+    labels = [handler.label for handler in connector.handlers]
+    label = next(label for label in labels if labels.count(label) > 1)
+    kinds = [type(handler) for handler in connector.handlers if handler.label == label]
+    places = " and ".join(f"{kind.__name__}{standing_at(kind)}" for kind in kinds)
+    whose = f"connector '{one.config.label}' of {one.installed.source}"
+    cure = 'give each a label of its own, such as f"{self.label}_state"'
+    return one.broken(f"{whose} makes two handlers of one label '{label}': {places}", cure=cure)

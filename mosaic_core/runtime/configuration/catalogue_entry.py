@@ -1,4 +1,4 @@
-"""Derives the catalogue entry of a connector, which operators see, from its handlers: nothing is written twice."""
+"""Derives the catalogue entries of a connector, which operators see, from its handlers: nothing is written twice."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, sent_type_of
 from mosaic_core.contract.request_handler import RequestHandler, answer_schema
-from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
-from mosaic_core.runtime.configuration.connector import channel_groups
+from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups, terms_for
 from mosaic_core.runtime.configuration.receiver_safety import bounds_of, timeout_of
 from mosaic_core.runtime.widgets.widget_modules import announced_module
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.safety_config import SlowDown
 
@@ -34,58 +33,42 @@ def effective_safety(safety: SafetyConfig, handler: DataChannelReceivable[Any]) 
     return safety.model_copy(update=more)
 
 
-def catalogue_entry(
+def catalogue_entries(
     label: str,
     connector_type: str,
     handlers: Sequence[Handler],
     safety: SafetyConfig = _NOTHING,
     delivery: DeliveryContract | None = None,
+) -> tuple[CatalogueEntry, ...]:
+    """The entries of one connector, one for each track and channel. ``safety`` and ``delivery``: what the file says."""
+    return tuple(_entry(group, connector_type, safety, delivery) for group in handler_groups(label, handlers))
+
+
+def _entry(
+    group: HandlerGroup, connector_type: str, safety: SafetyConfig, delivery: DeliveryContract | None
 ) -> CatalogueEntry:
-    """The entry. ``safety`` and ``delivery``: what the file says."""
-    first = handlers[0]
-    directions = {handler.direction for handler in handlers}
-    told = [one for one in handlers if one.data_type is not MosaicDataType.MEDIA and not one.is_for_originals]
-    stand_alone = len(channel_groups(label, handlers)) > 1
-    hint = widget_hint(handlers)
-    widget = {"widget": hint, "widget_module": announced_module(hint)}
+    first = group.handlers[0]
+    channels = [one for one in group.handlers if one.data_type is not MosaicDataType.MEDIA and not one.is_for_originals]
+    hint = next((handler.widget for handler in group.handlers if handler.widget), None)
     return CatalogueEntry(
-        label=label,
+        label=group.label,
         type=connector_type,
         kind=first.kind,
         data_type=first.data_type,
-        direction=directions.pop() if len(directions) == 1 else Direction.BOTH,
-        channels=tuple(_channel(handler, safety, delivery, stands_alone=stand_alone) for handler in told),
-        delivery=terms_of(chosen(first.delivery, delivery)).mode,
-        safety=safety_limits(safety, handlers),
-        **{**_messages_of(first), **widget},
-    )
-
-
-def widget_hint(handlers: Sequence[Handler]) -> str | None:
-    """The widget that the first handler with an opinion names."""
-    return next((handler.widget for handler in handlers if handler.widget), None)
-
-
-def _channel(
-    handler: Handler, safety: SafetyConfig, delivery: DeliveryContract | None, *, stands_alone: bool
-) -> ChannelEntry:
-    if not stands_alone:
-        return ChannelEntry(label=handler.label, data_type=handler.data_type)
-    return ChannelEntry(
-        label=handler.label,
-        data_type=handler.data_type,
-        delivery=terms_of(chosen(handler.delivery, delivery)).mode,
-        safety=safety_limits(safety, [handler]),
-        **_messages_of(handler),
+        direction=group.direction,
+        channels=tuple(ChannelEntry(label=one.label, data_type=one.data_type) for one in channels),
+        delivery=terms_for(first, delivery).mode,
+        widget=hint,
+        widget_module=announced_module(hint),
+        safety=safety_limits(safety, group.handlers),
+        **_messages_of(first),
     )
 
 
 def _messages_of(handler: Handler) -> dict[str, Any]:
-    """What travels on its channel."""
+    """The shapes of what travels on its channel."""
     sent = sent_type_of(type(handler)) if isinstance(handler, DataChannelReceivable) else None
     return {
-        "widget": handler.widget,
-        "widget_module": announced_module(handler.widget),
         "schema_id": getattr(message_type_of(type(handler)), "schema_id", "") or None,
         "message_schema": message_schema(handler),
         "sent_schema_id": getattr(sent, "schema_id", "") or None,

@@ -17,6 +17,7 @@ from mosaic_core.runtime.configuration.config_hints import hints_of
 from mosaic_core.runtime.configuration.config_problems import known_keys, sound_part, validated
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
+from mosaic_core.runtime.threads.code_places import explained_error
 from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem
 
@@ -143,10 +144,15 @@ class _Checker:
             where = (*place, "type")
             self.problems.append(self._document.problem(where, error.message, code=error.code, guess=error.cure))
             return None
-        params = self._part(configurer.params_model, raw, (*place, "params"))
-        safety = self._part(configurer.safety_model, raw, (*place, "safety"))
-        if safety is None and isinstance(raw.get("safety"), dict):  # what else is wrong with it is told as well
-            safety = sound_part(configurer.safety_model, raw["safety"], self._document, (*place, "safety"))
+        try:
+            params = self._part(configurer.params_model, raw, (*place, "params"))
+            safety = self._part(configurer.safety_model, raw, (*place, "safety"))
+            if safety is None and isinstance(raw.get("safety"), dict):  # what else is wrong with it is told as well
+                safety = sound_part(configurer.safety_model, raw["safety"], self._document, (*place, "safety"))
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's validators may fail in any way
+            message = f"connector type '{kind}' of {installed.source} can't check this: {explained_error(error)}"
+            self.problems.append(self._document.problem(place, message, code="config.broken_plugin"))
+            return None
         if config is None:
             # The robot's own part has a mistake or depends on what only the robot knows; this connector may be fine.
             config, _already_reported = validated(ConnectorConfig, raw, self._document, place)
@@ -159,7 +165,11 @@ class _Checker:
         data = raw.get(key)
         if data is not None and not isinstance(data, dict):
             return None  # the structure's mistake, and already reported as such
-        value, problems = validated(model, data or {}, self._document, place)
+        try:
+            value, problems = validated(model, data or {}, self._document, place)
+        except Exception as error:  # noqa: BLE001 - a plugin's validator may fail in any way
+            message = f"'{key}' of '{raw['type']}' can't be checked: {explained_error(error)}"
+            value, problems = None, [self._document.problem(place, message, code="config.broken_plugin")]
         self.problems += problems
         return value
 

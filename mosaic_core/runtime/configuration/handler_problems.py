@@ -14,7 +14,7 @@ from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.configuration.config_problems import real_place
+from mosaic_core.runtime.configuration.mistakes.choices import real_place
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
@@ -22,32 +22,19 @@ from mosaic_core.words.errors import MosaicError, Problem
 
 
 def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
-    """Contradictions of what the file says, alone or together with the connector's own choice."""
-    sends = any(handler.direction is not Direction.TO_ROBOT for handler in handlers)
-    is_media = all(handler.data_type is MosaicDataType.MEDIA for handler in handlers)
-    contracts = [chosen(handler.delivery, one.config.delivery) for handler in handlers]
-    found = [its for contract in contracts for its in contradictions(contract, sends=sends, is_media=is_media)]
+    """Contradictions of what the file says, alone or together with the connector's own choice. Beside data channels it
+    means only those: pictures and sound travel in their own way."""
+    channels = [handler for handler in handlers if handler.data_type is not MosaicDataType.MEDIA]
+    concerned = channels or handlers
+    sends = any(handler.direction is not Direction.TO_ROBOT for handler in concerned)
+    contracts = [chosen(handler.delivery, one.config.delivery) for handler in concerned]
+    found = [its for contract in contracts for its in contradictions(contract, sends=sends, is_media=not channels)]
     for key, message, cure in dict.fromkeys(found):
         if one.config.delivery is not None and getattr(one.config.delivery, key) is not None:
             yield one.problem(f"connector '{one.config.label}': {message}", "delivery", key, cure=cure)
         else:
             whose = f"connector '{one.config.label}' of {one.installed.source}"
             yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure)
-
-
-def media_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
-    """Pictures or sound beside another handler: the catalogue announces one track of a connector, so that operators
-    would not see the rest."""
-    told = [handler for handler in handlers if not handler.is_for_originals]
-    tracks = [handler for handler in told if handler.data_type is MosaicDataType.MEDIA]
-    if not tracks or len(told) < 2:
-        return
-    labels = ", ".join(f"'{handler.label}'" for handler in told)
-    message = (
-        f"connector '{one.config.label}' of {one.installed.source} makes {labels}, and pictures or sound among them"
-    )
-    cure = "make a connector type of its own for each camera, microphone and loudspeaker; `shared` holds their device"
-    yield one.broken(f"{message}: operators would not be told of all", cure=cure)
 
 
 _BODIES: tuple[tuple[type[Handler], str, str], ...] = (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import get_args
 
 from mosaic_core.contract.host import Loss
-from mosaic_core.runtime.configuration.connector import ChannelGroup, Connector
+from mosaic_core.runtime.configuration.connector import Connector, HandlerGroup
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.handlers.routes import Route
 from mosaic_core.runtime.handlers.runner import Runner
@@ -32,12 +32,11 @@ class ConnectorRows:
     failures: Mapping[str, Failures]
     losses: Mapping[str, HandlerLosses]
 
-    def of(self, connector: Connector, group: ChannelGroup, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
+    def of(self, connector: Connector, group: HandlerGroup, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
         """The row of the handlers of ``connector`` that operators see as one."""
         labels, first = [handler.label for handler in group.handlers], group.handlers[0]
         now_s, counters = time.monotonic(), self.counters[labels[0]]
         rate_hz, bytes_per_s = counters.meter.rates(now_s)
-        is_whole = len(connector.groups) == 1
         failing = [self.failures[label] for label in labels]
         states = [self._state(label) for label in labels]
         worst = next((one for one, state in zip(failing, states, strict=True) if state == "failed"), None)
@@ -48,7 +47,7 @@ class ConnectorRows:
             label=group.label,
             type=connector.config.type,
             kind=str(first.kind),
-            direction=str(connector.entry.direction if is_whole else first.direction),
+            direction=str(group.direction),
             delivery=str(connector.terms_of(first).mode),
             state=next((state for state in _WORST_FIRST if state in states), "running"),
             peers=max((self.outbox.listeners(label) or self.media.viewers(label) for label in labels), default=0),

@@ -172,27 +172,46 @@ class HandlerRuns:
 
     # -- other connectors, while the robot runs ------------------------------------------------------------------
 
+    async def hold(self, connectors: Sequence[Connector]) -> None:
+        """Make safe what these connectors move, and let no command act on them until :meth:`resume`."""
+        receivers = self._receivers_of(connectors)
+        for receiver in receivers:
+            receiver.hold()
+        await self._make_safe(receivers)
+
+    def resume(self, connectors: Sequence[Connector]) -> None:
+        """They take commands again."""
+        for receiver in self._receivers_of(connectors):
+            receiver.resume()
+
     async def retire(self, connectors: Sequence[Connector]) -> None:
         """Stop these connectors: what they move is made safe before their bodies go. Their ways stay until others take
         them over, or :meth:`become` closes them."""
         labels = [handler.label for connector in connectors for handler in connector.handlers]
-        receivers = [one for label in labels if (one := self._receiver_at(label)) is not None]
+        receivers = self._receivers_of(connectors)
         runners = [self._runners.pop(label) for label in labels if label in self._runners]
         for receiver in receivers:
             receiver.close()
-        watches = [receiver.watch for receiver in receivers]
-        if watches:
-            safe = asyncio.to_thread(self.safety.make_safe, watches, "safety.reload", _SAFE_PATIENCE_S)
-            if not await safe:
-                logger.error("a safe action did not end within %.1f s of a reload", _SAFE_PATIENCE_S)
+        await self._make_safe(receivers)
         for runner in runners:
             runner.close()
         for _, speaker in handlers_of(connectors, AudioReceivable):
             await self.talk.remove_label(speaker.label)
         endings = [receiver.closed() for receiver in receivers]
         await asyncio.gather(*endings, *(runner.closed() for runner in runners))
-        self.safety.forget(watches)
+        self.safety.forget([receiver.watch for receiver in receivers])
         self._always.difference_update(labels)
+
+    def _receivers_of(self, connectors: Sequence[Connector]) -> list[Receiver]:
+        labels = [handler.label for connector in connectors for handler in connector.handlers]
+        return [one for label in labels if (one := self._receiver_at(label)) is not None]
+
+    async def _make_safe(self, receivers: Sequence[Receiver]) -> None:
+        watches = [receiver.watch for receiver in receivers]
+        if not watches:
+            return
+        if not await asyncio.to_thread(self.safety.make_safe, watches, "safety.reload", _SAFE_PATIENCE_S):
+            logger.error("a safe action did not end within %.1f s of a reload", _SAFE_PATIENCE_S)
 
     def become(self, connectors: Sequence[Connector], replaced: Mapping[str, Connector]) -> None:
         """These are the robot's connectors from now on; those that are gone have been retired. ``replaced``: by the
@@ -295,8 +314,8 @@ class HandlerRuns:
         self._listener.connector_failed(*failure)
 
     def snapshot(self, limit_factors: Mapping[str, float]) -> tuple[ConnectorSnapshot, ...]:
-        """One row per connector, in the order of the YAML file, and of one whose channels stand for themselves one per
-        channel. ``limit_factors``: what is left of the speed, by label of the receiver."""
+        """One row per entry of the catalogue, in its order. ``limit_factors``: what is left of the speed, by label of
+        the receiver."""
         return tuple(
             self._rows.of(connector, group, limit_factors)
             for connector in self._connectors

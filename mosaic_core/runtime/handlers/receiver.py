@@ -122,6 +122,15 @@ class Receiver:
         if self.requests is not None:
             self.requests.dropped(peer_id, code or ("safety.stopped" if peer_id is None else "lease.old_epoch"))
 
+    def hold(self) -> None:
+        """Let no command act until :meth:`resume`."""
+        self.inbox.hold()
+
+    def resume(self) -> None:
+        """Go on with what has come meanwhile; nothing happens after :meth:`close`."""
+        self.inbox.resume()
+        self._arrived.set()
+
     def close(self) -> None:
         self.inbox.close()
         if self.requests is not None:

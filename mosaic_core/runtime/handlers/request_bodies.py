@@ -18,6 +18,7 @@ from pydantic import TypeAdapter
 
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.request_handler import Request, RequestHandler, answer_type_of
+from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.handlers.task_runner import leave_behind
@@ -40,9 +41,17 @@ class BodyReturned:
 
 
 def plain_answer(adapter: TypeAdapter[Any], answer: Any) -> Any:
-    """What a body returned as JSON-ready values; raises whatever is wrong with it."""
+    """What a body returned as JSON-ready values, with null for a number that is not finite and may be absent; raises
+    whatever is wrong with it."""
     plain = adapter.dump_python(adapter.validate_python(answer), mode="json")
-    if len(to_json(plain).encode()) > MAX_ANSWER_BYTES:
+    try:
+        text = to_json(plain)
+    except ValueError:
+        plain, refused = finite(plain, adapter.json_schema(mode="serialization"))
+        if refused:
+            raise ValueError(f"no finite number, and not declared as `float | None`: {', '.join(refused)}") from None
+        text = to_json(plain)
+    if len(text.encode()) > MAX_ANSWER_BYTES:
         raise Refused("request.answer_too_large")
     return plain
 

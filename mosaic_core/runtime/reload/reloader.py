@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -18,6 +19,7 @@ from mosaic_core.runtime.configuration.local_connectors import FOLDER
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.reload.own_modules import ForgottenModules, own_modules, touched_by
 from mosaic_core.runtime.reload.source_watch import SourceWatch
+from mosaic_core.runtime.reload.unforeseen import as_mistake, on_a_thread
 from mosaic_core.words.errors import ConfigError, Problem
 
 logger = logging.getLogger(__name__)
@@ -29,15 +31,18 @@ PERIOD_S = 0.4
 class RunningRobot(Protocol):
     """What is given other connectors."""
 
+    def held(self, connectors: Sequence[Connector]) -> AbstractAsyncContextManager[None]: ...
     async def become(self, connectors: Sequence[Connector], shared: Shared) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
 class Reread:
-    """What a robot is from its files now. ``restarted``, ``added`` and ``removed`` are labels."""
+    """What a robot shall be by its files now. ``running``: by label, the connectors that stay as they are; the other
+    labels are of those that begin anew, come, and go."""
 
     checked: CheckedConfig
-    configured: Configured
+    resolver: ConnectorResolver
+    running: Mapping[str, Connector]
     restarted: tuple[str, ...]
     added: tuple[str, ...]
     removed: tuple[str, ...]
@@ -97,32 +102,48 @@ class Reloader:
         """Read everything again; what is wrong is told, and changes nothing."""
         changed, self._touched = self._touched | self._useless, frozenset()
         try:
-            reread = await asyncio.to_thread(self._reread, changed)
+            await self._renew(robot, changed)
         except ConfigError as error:
             self._useless = changed
             self._tell(error.problems)
-            return
-        self._useless = frozenset()
-        if reread.is_news:
-            await robot.become(reread.configured.connectors, reread.configured.shared)
-            logger.info("reloaded %s: %s", self._path.name, reread)
-        before, self.checked, self.configured = self.checked, reread.checked, reread.configured
-        self._modules = await asyncio.to_thread(_modules_of, reread.checked)
+        else:
+            self._useless = frozenset()
+
+    async def _renew(self, robot: RunningRobot, changed: frozenset[Path]) -> None:
+        """Have the robot become what the files say now. Raises :class:`ConfigError` where they can't be used, and
+        nothing else that code of plugins may raise; everything is as it was then."""
+        forgotten = await on_a_thread(lambda: ForgottenModules(touched_by(changed, self._modules)))
+        try:
+            reread = await on_a_thread(self._reread)
+            configured = await self._become(robot, reread)
+        except BaseException:
+            forgotten.restore()
+            raise
+        before, self.checked, self.configured = self.checked, reread.checked, configured
+        self._modules = await on_a_thread(lambda: _modules_of(reread.checked))
         self._watch.learn()
         if _without_connectors(before) != _without_connectors(reread.checked):
             logger.warning("%s: beside its connectors more has changed, which counts when the robot is started anew",
                            self._path.name)  # fmt: skip
 
-    def _reread(self, changed: frozenset[Path]) -> Reread:
-        """What the files say now. Any thread. Raises :class:`ConfigError`; everything is as it was then."""
-        forgotten = ForgottenModules(touched_by(changed, self._modules))
-        try:
-            return self._read_anew()
-        except BaseException:
-            forgotten.restore()
-            raise
+    async def _become(self, robot: RunningRobot, reread: Reread) -> Configured:
+        """Motion is made safe before an object of the new code is made, and rests until one takes the old one's place
+        or can't be made."""
+        if not reread.is_news:
+            return self.configured
+        leaving = {*reread.restarted, *reread.removed}
+        async with robot.held([one for one in self.configured.connectors if one.config.label in leaving]):
+            configured = await on_a_thread(lambda: self._configured(reread))
+            try:
+                await robot.become(configured.connectors, configured.shared)
+            except (Exception, SystemExit) as error:
+                begun = ", ".join((*reread.restarted, *reread.added))
+                raise as_mistake(error, f"{begun} can't begin, and stands") from error
+        logger.info("reloaded %s: %s", self._path.name, reread)
+        return configured
 
-    def _read_anew(self) -> Reread:
+    def _reread(self) -> Reread:
+        """What the files say now; makes no handler. Any thread. Raises :class:`ConfigError`."""
         resolver = self._resolver()
         try:
             checked = load_config(self._path, resolver=resolver)
@@ -134,20 +155,20 @@ class Reloader:
         old = {one.config.label: one for one in self.checked.connectors}
         new = {one.config.label: one for one in checked.connectors}
         same = {label for label, one in new.items() if label in old and _is_same(old[label], one)}
-        shared = self.configured.shared.without(old.keys() - same)
-        plugins = self.configured.plugins
-        configured = AutoConfigurer(resolver=resolver, plugins=plugins, shared=shared).configure(checked)
-        running = {one.config.label: one for one in self.configured.connectors}
-        connectors = tuple(
-            running[one.config.label] if one.config.label in same else one for one in configured.connectors
-        )
         return Reread(
             checked,
-            Configured(configured.config, connectors, shared, plugins),
+            resolver,
+            {one.config.label: one for one in self.configured.connectors if one.config.label in same},
             tuple(label for label in new if label in old and label not in same),
             tuple(label for label in new if label not in old),
             tuple(label for label in old if label not in new),
         )
+
+    def _configured(self, reread: Reread) -> Configured:
+        """Only what is not running yet is made. Any thread. Raises :class:`ConfigError`."""
+        shared = self.configured.shared.without({*reread.restarted, *reread.removed})
+        auto = AutoConfigurer(resolver=reread.resolver, plugins=self.configured.plugins, shared=shared)
+        return auto.configure(reread.checked, running=reread.running)
 
 
 def without_echoes(problems: Sequence[Problem], broken: Sequence[Problem], before: CheckedConfig) -> Iterator[Problem]:

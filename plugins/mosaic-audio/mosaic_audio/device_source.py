@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from mosaic_audio.devices import OpenStream, chosen_device
-from mosaic_core import DeviceGone, Sound
+from mosaic_core import Sound
 
 PIECE_S = 0.02
 MAX_WAITING = 10
@@ -29,7 +29,7 @@ def device_sounds(
     wanted, has = chosen_device(sounds, device, "input")
     inbox = _Inbox(rate_hz)
     options = {"samplerate": rate_hz, "channels": min(channels or 1, has), "blocksize": round(rate_hz * PIECE_S)}
-    with OpenStream(sounds, "input", device=wanted, callback=inbox.heard, **options):
+    with OpenStream(sounds, "input", device=wanted, callback=inbox.heard, **options) as stream:
         silent_s = 0.0
         while not is_stopping():
             piece = inbox.next(WAKE_S)
@@ -37,7 +37,7 @@ def device_sounds(
             if piece is not None:
                 yield piece
             elif silent_s >= LOST_S:
-                raise DeviceGone(f"the device {device!r} gives no sound any more", "check its plug; it is tried again")
+                raise stream.lost()
 
 
 class _Inbox:

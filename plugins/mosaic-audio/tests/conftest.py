@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mosaic_audio import devices
+
 
 class PortAudioError(Exception):
     pass
@@ -21,16 +23,23 @@ class FakeStream:
     written: list[Any] = field(default_factory=list)
     is_running: bool = False
     is_closed: bool = False
+    is_unplugged: bool = False
+    pieces: int = 3
+    """How many it hears at once when it starts, each one louder than the one before."""
+    heard_at_s: float = 4.97
+    """By its own clock, where it is 5.0 now."""
 
     def start(self) -> None:
         self.is_running = True
         if "callback" in self.options:
-            times = types.SimpleNamespace(currentTime=5.0, inputBufferAdcTime=4.97)
-            samples = np.full((self.options["blocksize"], self.options["channels"]), 1000, np.int16)
-            for _ in range(self.options.get("pieces", 3)):
+            times = types.SimpleNamespace(currentTime=5.0, inputBufferAdcTime=self.heard_at_s)
+            for level in range(1000, 1000 + self.pieces):
+                samples = np.full((self.options["blocksize"], self.options["channels"]), level, np.int16)
                 self.options["callback"](samples, len(samples), times, None)
 
     def write(self, samples: Any) -> None:
+        if self.is_unplugged:
+            raise PortAudioError("Unanticipated host error")
         self.written.append(samples.copy())
 
     def abort(self, ignore_errors: bool) -> None:
@@ -44,12 +53,25 @@ class FakePortAudio(types.ModuleType):
     def __init__(self) -> None:
         super().__init__("sounddevice")
         self.PortAudioError = PortAudioError
-        self.devices = [
+        self.plugged_in = [
             {"name": "headset", "max_input_channels": 1, "max_output_channels": 1},
             {"name": "monitor", "max_input_channels": 0, "max_output_channels": 2},
         ]
         self.streams: list[FakeStream] = []
         self.is_busy = False
+        self.begins = 0
+        self.stream_facts: dict[str, Any] = {}
+        """How the next streams are."""
+        self._initialize()
+
+    def _initialize(self) -> None:
+        """PortAudio looks for devices now, and never again."""
+        self.devices = list(self.plugged_in)
+        self.begins += 1
+
+    def _terminate(self) -> None:
+        assert all(stream.is_closed for stream in self.streams), "it ends every stream"
+        self.devices = []
 
     def query_devices(self, device: int | str | None = None, kind: str | None = None) -> Any:
         if kind is None:
@@ -62,7 +84,7 @@ class FakePortAudio(types.ModuleType):
     def _stream(self, **options: Any) -> FakeStream:
         if self.is_busy:
             raise PortAudioError("Device unavailable")
-        self.streams.append(FakeStream(options))
+        self.streams.append(FakeStream(options, **self.stream_facts))
         return self.streams[-1]
 
     InputStream = OutputStream = _stream
@@ -72,4 +94,5 @@ class FakePortAudio(types.ModuleType):
 def portaudio(monkeypatch: pytest.MonkeyPatch) -> FakePortAudio:
     fake = FakePortAudio()
     monkeypatch.setitem(sys.modules, "sounddevice", fake)
+    monkeypatch.setattr(devices, "DEVICES", devices.DeviceList())
     return fake

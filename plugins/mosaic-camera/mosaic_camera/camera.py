@@ -118,6 +118,7 @@ class Camera(MediaTrackHandler):
         waited_s, count = 0.0, grabber.count
         while not self.is_stopping:
             grabbed = grabber.next(WAKE_S)
+            self._count_garbled(grabber)
             if grabbed is not None:
                 return grabbed
             if grabber.has_ended:
@@ -129,6 +130,10 @@ class Camera(MediaTrackHandler):
             if waited_s >= limit_s:
                 raise SourceError(f"no picture from {shown(self._params.source)} for {limit_s:g} s", LOOK_AT_SOURCE)
         return None
+
+    def _count_garbled(self, grabber: Grabber) -> None:
+        if garbled := grabber.take_garbled():
+            self.count_loss("refused", garbled)
 
     def _check_end(self, grabber: Grabber) -> None:
         """A recording that is not looped may end; anything else that ends is a fault, and raises."""

@@ -36,12 +36,13 @@ class WantedSource:
 class Grabbed:
     """A picture that a source gave, or a packet that holds one. ``captured_at_s``: monotonic clock; ``position_s``:
     place in the recording, 0 for live sources; ``is_key``: it needs no other picture; ``image`` is ``None`` where it
-    was not taken, and so not decoded."""
+    was not taken, and so not decoded, or where it is garbage (``is_garbled``)."""
 
     image: Image | av.Packet[Any] | None
     captured_at_s: float
     position_s: float = 0.0
     is_key: bool = True
+    is_garbled: bool = False
 
 
 def capture_time_s(stamp_s: float, now_s: float) -> float:

@@ -39,6 +39,7 @@ class Grabber:
         self._error: BaseException | None = None
         self._is_live = True
         self._count = 0
+        self._garbled = 0
         self._is_stopping = False
         self._has_ended = False
         self._thread = threading.Thread(target=self._run, name=f"grab {name}", daemon=True)
@@ -57,6 +58,12 @@ class Grabber:
     def count(self) -> int:
         """Pictures read so far, with those that were left out."""
         return self._count
+
+    def take_garbled(self) -> int:
+        """How many pictures were garbage since the last call. They are no sign of life."""
+        with self._changed:
+            garbled, self._garbled = self._garbled, 0
+            return garbled
 
     @property
     def is_live(self) -> bool:
@@ -104,7 +111,10 @@ class Grabber:
         read_this_turn = 0
         while not self._is_stopping:
             grabbed = source.read(self._takes)
-            if grabbed is not None:
+            if grabbed is not None and grabbed.is_garbled:
+                with self._changed:
+                    self._garbled += 1
+            elif grabbed is not None:
                 read_this_turn += 1
                 self._count += 1
                 if grabbed.image is not None:

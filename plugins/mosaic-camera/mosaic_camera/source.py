@@ -187,7 +187,9 @@ class CaptureSource:
         if not takes(at_s):  # a device's picture is decoded only when it is retrieved
             return Grabbed(None, captured_at_s, position_s)
         is_decoded, image = self._capture.retrieve()
-        return Grabbed(image, captured_at_s, position_s) if is_decoded and image is not None else None
+        if not is_decoded or image is None:
+            return Grabbed(None, captured_at_s, position_s, is_garbled=True)
+        return Grabbed(image, captured_at_s, position_s)
 
     def rewind(self) -> None:
         """Back to the first picture; positions go on rising."""

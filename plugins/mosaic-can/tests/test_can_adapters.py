@@ -92,6 +92,34 @@ async def test_an_slcan_adapter_is_pulled_out_and_plugged_in_again(port: Path) -
     adapter.unplug()
 
 
+@pytest.mark.parametrize("said", [b"t12", b"t20x2", b"\xff\xfe", b"T0000020", b"d201Z", b"t2012zz"])
+async def test_words_of_an_adapter_that_are_none_are_told_and_the_bus_goes_on(
+    port: Path, caplog: pytest.LogCaptureFixture, said: bytes
+) -> None:
+    bus = {"interface": "slcan", "channel": str(port), "bitrate": 500_000, "options": {"sleep_after_open": 0}}
+    adapter = SlcanAdapter(port)
+    async with joined(connector(CanFramesConfigurer, label="bus", params={"bus": bus})) as link:
+        store = link.connection.receivable("bus")
+        await until(lambda: b"O" in adapter.lines, "the bus is opened")
+        adapter.lines.clear()
+        adapter.says(said)
+        await until(lambda: b"O" in adapter.lines, "it is opened again")
+        assert "is lost: " in caplog.text
+        adapter.says(b"t20120001")
+        assert (await store.next_message()).json()["data"] == "0001"
+    adapter.unplug()
+
+
+async def test_options_that_a_driver_does_not_take_are_told_as_a_bus_that_cannot_be_opened(
+    port: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    bus = {"interface": "slcan", "channel": str(port), "options": {"sleep_after_open": "long"}}
+    adapter = SlcanAdapter(port)
+    async with joined(connector(CanFramesConfigurer, label="bus", params={"bus": bus})):
+        await until(lambda: "can't be opened: " in caplog.text, "it is told")
+    adapter.unplug()
+
+
 def set_link(name: str, state: str) -> None:
     subprocess.run(["ip", "link", "set", name, state], check=True, timeout=10)
 

@@ -48,7 +48,8 @@ class GpioInput(DataChannelSendable[InputState]):
         params = self.params
         low_is_on = params.pull == "up" if params.active_low is None else params.active_low
         with _opened(params) as device:
-            state = Debounce(params.debounce_s, is_on=device.pin.state != low_is_on)
+            with opening(params):
+                state = Debounce(params.debounce_s, is_on=device.pin.state != low_is_on)
 
             def seen() -> None:
                 with self._lock:

@@ -106,6 +106,34 @@ def test_a_pin_that_somebody_has_and_a_machine_without_pins_are_told_with_the_cu
         collect(button, within_s=1)
 
 
+def test_an_input_whose_pin_fails_for_thirty_seconds_is_gone_and_then_told_again(
+    pins: MockFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    button = build(GpioInputConfigurer, params={"pin": 17})
+    host = fake_host(button)
+    host.arm()
+
+    def fails(pin: Any) -> bool:
+        raise OSError("bad file descriptor")
+
+    def breaks(seconds: float) -> None:
+        monkeypatch.setattr(MockPWMPin, "_get_state", fails)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(host, "wait", breaks)
+        with pytest.raises(DeviceGone, match="GPIO17: OSError: bad file descriptor"):
+            list(button.messages())
+        for _ in range(6):  # as the robot tries again
+            host.clock.advance(5.0)
+            with pytest.raises(DeviceGone, match="GPIO17: OSError: bad file descriptor"):
+                list(button.messages())
+    monkeypatch.undo()
+    monkeypatch.setattr(Device, "pin_factory", pins)
+    assert told(button) == [False]
+    collect(button, within_s=0.1)
+    assert told(button) == [False, False]
+
+
 def output(shared: Shared, **params: Any) -> GpioOutput:
     return build(GpioOutputConfigurer, params={"pin": 27, **params}, shared=shared)
 

@@ -120,6 +120,28 @@ def test_a_program_that_is_not_there_is_refused() -> None:
     assert refused.code == "plugin.no_device"
 
 
+def test_a_program_that_goes_away_is_refused_and_run_again_when_it_is_back(tmp_path: Path) -> None:
+    """As one on a disk that is mounted late."""
+    program = tmp_path / "tool"
+    made = handler(commands={"it": {"argv": [str(program)]}})
+    for there in (True, False, False, True):
+        if there:
+            program.write_text("#!/bin/sh\necho there\n")
+            program.chmod(0o755)
+        else:
+            program.unlink(missing_ok=True)
+        asked = ask(made, {"command": "it"})
+        assert (asked.refused is None) is there
+        assert not there or asked.answer["output"] == "there\n"
+
+
+def test_bytes_that_are_no_text_are_answered_as_text() -> None:
+    done = run(python("import sys; sys.stdout.buffer.write(b'\\xff\\x00\\xfeok')")).answer
+    assert done["output"].endswith("ok")
+    assert done["output_bytes"] == 5
+    json.dumps(done, allow_nan=False).encode()
+
+
 SPAWN = """
 import os, signal, sys, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)

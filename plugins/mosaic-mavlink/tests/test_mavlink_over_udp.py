@@ -10,8 +10,12 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from support.live_drill import assert_safe, drilled
 
+from mosaic_core.testing import connector
 from mosaic_core.words.errors import DeviceGone
+from mosaic_mavlink.control.manual import MavlinkManualConfigurer
+from mosaic_mavlink.control.velocity import MavlinkVelocityConfigurer
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.fake.fake_port import FakeVehicle
 from mosaic_mavlink.link.codec import Codec, signing_key
@@ -185,3 +189,34 @@ def test_a_host_that_can_not_be_reached_is_told() -> None:
         DeviceGone, match=r"tcp 127\.0\.0\.1:\d+ can't be opened: Connection refused; start the simulator"
     ):
         link.require(link.vehicle(params))
+
+
+class WillingAutopilot(FakeAutopilot):
+    """Its pilot puts it back at once into the mode in which it takes commands: each exercise finds it ready."""
+
+    def __init__(self, kind: str, takes_in: str) -> None:
+        self.takes_in = takes_in
+        super().__init__(kind)
+        self.armed = True
+
+    def _enter(self, mode: str) -> bool:
+        return super()._enter(self.takes_in)
+
+
+@pytest.mark.parametrize(
+    ("configurer", "kind", "takes_in"),
+    [
+        (MavlinkVelocityConfigurer, "copter", "GUIDED"),
+        (MavlinkVelocityConfigurer, "rover", "GUIDED"),
+        (MavlinkManualConfigurer, "copter", "LOITER"),
+    ],
+)
+async def test_an_armed_vehicle_passes_the_whole_drill(configurer: Any, kind: str, takes_in: str) -> None:
+    port = free_port()
+    vehicle = FakeVehicle(WillingAutopilot(kind, takes_in), ("127.0.0.1", port))
+    try:
+        assert_safe(await drilled(connector(configurer, params={"url": f"udpin:127.0.0.1:{port}"})))
+        body = vehicle.autopilot.body
+        eventually(lambda: (body.forward_mps, body.right_mps, body.up_mps, body.yaw_radps) == (0, 0, 0, 0), "it stands")
+    finally:
+        vehicle.close()

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import selectors
+import socket
 import ssl
 import struct
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
@@ -23,6 +27,10 @@ CONNECT_TIMEOUT_S = 1.0
 """For the TCP connection, which a stop does not interrupt."""
 ANSWER_TIMEOUT_S = 5.0
 """For the broker's answers to the connection and to the subscription."""
+GOODBYE_S = 0.5
+"""For the broker to read what was sent last; a handler has 1.5 s to stop."""
+GOODBYE_BYTES = 1 << 20
+"""Most that a broker may say before it hangs up, too."""
 BROKEN = (OSError, ValueError, IndexError, KeyError, TypeError, struct.error)
 """What the library raises of a lost socket, and of bytes that are no MQTT."""
 
@@ -132,7 +140,28 @@ class BrokerConnection:
         own_socket = client.socket()
         if own_socket is None:
             return
-        with suppress(*BROKEN):
-            client.disconnect()
-            client.loop(0)
+        with suppress(*BROKEN), socket.socket(fileno=os.dup(own_socket.fileno())) as line:
+            _say_goodbye(client, line)
         own_socket.close()
+
+
+def _say_goodbye(client: Client, line: socket.socket) -> None:
+    """Wait for the broker to read everything and to hang up on ``line``, another handle of the connection, which the
+    library closes behind its last word. What is closed over answers that nobody has read is reset by the system, and a
+    reset takes along whatever the other side hadn't read yet.
+    """
+    until_s = time.monotonic() + GOODBYE_S
+    client.disconnect()
+    with selectors.DefaultSelector() as waiting:
+        waiting.register(line, selectors.EVENT_WRITE)
+        while client.want_write() and (left_s := until_s - time.monotonic()) > 0:
+            waiting.select(left_s)
+            client.loop_write()
+    line.shutdown(socket.SHUT_WR)
+    unread = GOODBYE_BYTES
+    while unread > 0 and (left_s := until_s - time.monotonic()) > 0:
+        line.settimeout(left_s)
+        heard = line.recv(min(unread, 65_536))
+        if not heard:
+            return
+        unread -= len(heard)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import collections
 import json
+import select
 import socket
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -207,6 +209,41 @@ def test_a_flood_is_published_or_told_and_none_of_it_comes_later(broker: Mosquit
     assert heard == [SAFE, *({"n": number} for number in taken), SAFE]
 
 
+CONNACK = b"\x20\x03\x00\x00\x00"
+ANSWER_NOBODY_READS = b"\x40\x02\x00\x01"
+DISCONNECT = b"\xe0\x00"
+
+
+@pytest.mark.parametrize("payload", [b"x", b"x" * 1_000_000])
+def test_a_broker_that_reads_late_hears_everything_before_the_goodbye(payload: bytes) -> None:
+    is_published = threading.Event()
+    heard = bytearray()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(4096)
+                connection.sendall(CONNACK)
+                assert is_published.wait(5)
+                connection.sendall(ANSWER_NOBODY_READS)
+                while piece := connection.recv(65_536):
+                    heard.extend(piece)
+
+        with ThreadPoolExecutor(1) as beside:
+            serving = beside.submit(serve)
+            _, state = both(f"mqtt://127.0.0.1:{server.getsockname()[1]}", qos=1)
+            fake_host(state).arm()
+            with state._publication() as publication:
+                publication.publish(payload)
+                own_socket = publication._client.socket()
+                is_published.set()
+                assert select.select([own_socket], [], [], 5)[0]
+            serving.result(5)
+    assert payload in heard
+    assert heard.endswith(DISCONNECT)
+
+
 @contextmanager
 def deaf_broker() -> Iterator[str]:
     """Lets in who connects, and reads nothing of what comes then."""
@@ -217,7 +254,7 @@ def deaf_broker() -> Iterator[str]:
             connection, _ = server.accept()
             with connection:
                 connection.recv(4096)
-                connection.sendall(b"\x20\x03\x00\x00\x00")
+                connection.sendall(CONNACK)
                 is_over.wait(10)
 
         thread = threading.Thread(target=serve)

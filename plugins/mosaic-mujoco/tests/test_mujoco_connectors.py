@@ -10,7 +10,7 @@ import pytest
 
 from mosaic_core import ConfigError, Shared
 from mosaic_core.messages import GripperTarget, Imu, JointTarget, Odometry, Pose, Range
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.testing import Silence, Stopped, ask, build, collect, fake_host, feed
 from mosaic_mujoco.connectors.control import MujocoControlConfigurer
 from mosaic_mujoco.connectors.gripper_target import MujocoGripperTargetConfigurer
@@ -79,7 +79,7 @@ def test_a_joint_is_kept_within_the_range_of_the_model_and_a_stranger_is_refused
     fed = feed(target, [{"names": ["elbow"], "positions": [9.0]}, {"names": ["shoulder"], "positions": [0.0]}])
     assert [sent.positions for sent in fed.accepted] == [[2.4]]
     assert [refused.code for refused in fed.refused] == ["safety.out_of_range"]
-    entry = catalogue_entry("arm", "mujoco-joint-target", [target])
+    (entry,) = catalogue_entries("arm", "mujoco-joint-target", [target])
     assert entry.schema_id == "mosaic/JointTarget@1"
 
 
@@ -214,7 +214,7 @@ def test_whoever_listens_knows_the_message_and_its_period_is_kept(
     configurer: Any, params: dict[str, Any], schema_id: str
 ) -> None:
     sender = build(configurer, params={**params, "period_s": 0.2})
-    assert catalogue_entry("x", "x", [sender]).schema_id == schema_id
+    assert catalogue_entries("x", "x", [sender])[0].schema_id == schema_id
     collect(sender, 3)
     stamps = [message.stamp_us for message in fake_host(sender).sent]
     assert [later - before for before, later in itertools.pairwise(stamps)] == [200_000, 200_000]

@@ -280,6 +280,24 @@ def test_a_folder_that_cannot_be_made_ends_the_recording_with_a_code(studio: Any
         assert bench.row()["code"] == "recorder.write_failed"
 
 
+def test_a_disk_that_is_plugged_in_again_is_recorded_on(studio: Any, tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.write_text("nothing is mounted here")
+    with Bench(studio, disk / "recordings").running() as bench:
+        bench.camera()
+        assert bench.says({"command": "start", "labels": ["front"]}) == []
+        bench.until(lambda: bench.row().get("code") == "recorder.write_failed")
+        disk.unlink()
+        disk.mkdir()
+        bench.camera()
+        assert bench.says({"command": "start", "labels": ["front"]}) == []
+        bench.until(lambda: bench.row()["pictures"] > 0)
+        assert bench.says({"command": "stop"}) == []
+        bench.until(lambda: bench.row()["state"] == "ended")
+        assert bench.row()["code"] == ""
+        assert [path.name for path in (disk / "recordings").iterdir()] == bench.row()["files"]
+
+
 def test_a_disk_that_cannot_be_asked_refuses_and_is_told_as_null(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(path: Path) -> None:
         raise OSError(5, "Input/output error")

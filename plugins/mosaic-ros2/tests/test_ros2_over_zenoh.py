@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import random
 from collections.abc import Iterator
 from typing import Any
 
@@ -104,6 +105,21 @@ async def test_a_scan_of_a_node_becomes_a_standard_message(ros: ZenohRos, here: 
             publish(scan)
             await asyncio.wait([message], timeout=0.05)
     assert json.loads(message.result().data)["ranges"] == [1.0, 2.0, None]
+
+
+async def test_bytes_that_are_no_message_cost_nothing_but_themselves(ros: ZenohRos, here: dict[str, Any]) -> None:
+    """Zenoh carries whatever it is given; Cyclone DDS refuses what its type can't be on both ends."""
+    publish, drawn = ros.publisher("/heat", "sensor_msgs/msg/Temperature"), random.Random(7)
+    params = {**here, "topic": "/heat", "type": "sensor_msgs/msg/Temperature", "max_rate_hz": 1000}
+    async with joined(connector(Ros2TopicConfigurer, label="heat", params=params)) as link:
+        store = link.connection.receivable("heat")
+        message = asyncio.create_task(store.next_message())
+        while not message.done() or link.robot.snapshot().connectors[0].refused < 10:
+            for _ in range(20):
+                publish(b"\0\1\0\0"[: drawn.randrange(5)] + drawn.randbytes(drawn.randrange(40)))
+            publish({"temperature": 21.5})
+            await asyncio.sleep(0.05)
+    assert json.loads(message.result().data)["temperature_c"] == 21.5
 
 
 def test_a_latched_map_comes_to_whoever_listens_later(ros: ZenohRos, here: dict[str, Any]) -> None:

@@ -135,6 +135,41 @@ def test_numbers_that_mean_motion_need_the_lease_and_are_zero_when_nobody_comman
     assert handler.safe_fields() == {}
 
 
+def standard(type_name: str, **params: Any) -> Rig:
+    """A publisher of a standard message as the configurer makes it, on a bus in memory."""
+
+    def make(publication: Any, encoder: Any) -> Any:
+        told = build(Ros2PublisherConfigurer, params={"topic": "/topic", "type": type_name, **params})
+        return type(told)("topic", publication, encoder, None)
+
+    return Rig(type_name, make)
+
+
+def test_a_goal_of_an_operator_becomes_a_pose_of_ros_in_the_frame_that_is_meant() -> None:
+    rig = standard("geometry_msgs/msg/PoseStamped")
+    assert not rig.handler.requires_lease
+    feed(rig.handler, [{"position": {"x": 1.5, "y": 2.0}}, {"position": {"x": 0, "y": 0}, "frame_id": "odom"}])
+    first, second = rig.published()
+    assert (first.pose.position.x, first.header.frame_id, second.header.frame_id) == (1.5, "map", "odom")
+    assert first.header.stamp.sec > 1_600_000_000
+    rig.close()
+
+
+def test_a_gripper_takes_its_target_within_limits_and_from_the_holder_of_the_lease_alone() -> None:
+    name = "control_msgs/msg/GripperCommand"
+    rig = standard(name)
+    assert (rig.handler.requires_lease, rig.handler.position_fields) == (True, ("position",))
+    feed(rig.handler, [{"position": 0.04, "max_effort": 5.0}])
+    (sent,) = rig.published()
+    assert (sent.position, sent.max_effort) == (0.04, 5.0)
+    rig.close()
+    params = {"topic": "grip", "type": name}
+    limits = {"limits": {"position": {"max": 0.08}}}
+    assert feed(build(Ros2PublisherConfigurer, params=params, safety=limits), [{"position": -1}]).refused
+    with pytest.raises(ConfigError, match="says itself what moves"):
+        build(Ros2PublisherConfigurer, params={**params, "motion_fields": ["position"]})
+
+
 @pytest.mark.parametrize("configurer", [OriginalTwistConfigurer, OriginalTwistStampedConfigurer])
 def test_the_receivers_of_original_robots_have_limits_by_themselves(configurer: Any) -> None:
     handler = build(configurer, params={"topic_name": "cmd_vel"})

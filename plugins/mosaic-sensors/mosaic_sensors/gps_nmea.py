@@ -93,7 +93,10 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
         heard_at_s = self.monotonic_s()
         with opened(self.params.source, self.params.baud) as source:
             while not self.is_stopping:
-                for line in lines.feed(source.read()):
+                too_long_before = lines.too_long
+                whole = lines.feed(source.read())
+                yield from [None] * (lines.too_long - too_long_before)
+                for line in whole:
                     sentence = parsed(line)
                     if sentence is not None:
                         heard_at_s = self.monotonic_s()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from math import isfinite
 from typing import ClassVar
 
 import psutil
@@ -13,6 +14,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message, Params, unit
 from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.errors import DeviceGone
 
 CPU_SENSORS = ("coretemp", "k10temp", "zenpower", "cpu_thermal", "cpu-thermal", "soc_thermal", "acpitz")
 """Names under which Linux shows the processor's temperature, the most precise first (Intel, AMD, ARM boards, ACPI)."""
@@ -62,7 +64,7 @@ class HostLoad(DataChannelSendable[HostLoadState]):
         return HostLoadState(
             cpu_percent=psutil.cpu_percent(),
             memory_percent=psutil.virtual_memory().percent,
-            disk_percent=psutil.disk_usage(self.params.disk_path).percent,
+            disk_percent=_disk_percent(self.params.disk_path),
             load_1_min=round(load_1_min, 2),
             load_5_min=round(load_5_min, 2),
             load_15_min=round(load_15_min, 2),
@@ -78,14 +80,24 @@ def _uptime_s() -> float:
     return time.time() - psutil.boot_time()
 
 
+def _disk_percent(path: str) -> float:
+    """Raises :class:`DeviceGone` for a disk that is not there, or no longer."""
+    try:
+        return psutil.disk_usage(path).percent
+    except OSError as error:
+        raise DeviceGone(f"{path}: {error.strerror or error}", "mount it, or mend `disk_path`") from error
+
+
 def _temperature_c(wanted: str | None) -> float | None:
-    """The hottest reading of the wanted or the processor's sensor. Raises :class:`LookupError` for an unknown one."""
+    """The hottest reading of the wanted or the processor's sensor; what is no temperature is left out. Raises
+    :class:`DeviceGone` for a sensor that is not there, or no longer."""
     found = psutil.sensors_temperatures() if hasattr(psutil, "sensors_temperatures") else {}
     if wanted is not None and wanted not in found:
-        raise LookupError(f"no temperature sensor '{wanted}'; found: {', '.join(sorted(found)) or 'none'}")
+        raise DeviceGone(f"no temperature sensor '{wanted}'", f"found: {', '.join(sorted(found)) or 'none'}")
     for name in (wanted,) if wanted is not None else CPU_SENSORS:
-        if found.get(name):
-            return round(max(reading.current for reading in found[name]), 1)
+        readings = [one.current for one in found.get(name, ()) if one.current is not None and isfinite(one.current)]
+        if readings:
+            return round(max(readings), 1)
     return None
 
 

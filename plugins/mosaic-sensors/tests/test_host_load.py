@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import closing
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +13,7 @@ import pytest
 
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_sensors.host_load import HostLoad, HostLoadConfigurer, HostLoadState
 
 
@@ -58,13 +61,38 @@ def test_a_system_that_cannot_read_temperatures_says_null(monkeypatch: pytest.Mo
 def test_a_misspelt_sensor_is_told_with_those_that_exist(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(psutil, "sensors_temperatures", lambda: temperatures(nvme=[30.0]), raising=False)
 
-    with pytest.raises(LookupError, match="no temperature sensor 'nvm'; found: nvme"):
+    with pytest.raises(DeviceGone, match="no temperature sensor 'nvm'; found: nvme"):
         reading(temperature_sensor="nvm")
 
 
 def test_a_disk_that_does_not_exist_is_an_error_that_names_it() -> None:
-    with pytest.raises(FileNotFoundError, match="/no/such/disk"):
+    with pytest.raises(DeviceGone, match="/no/such/disk: No such file or directory; mount it"):
         reading(disk_path="/no/such/disk")
+
+
+def test_a_disk_that_is_away_for_thirty_seconds_is_gone_and_told_of_again(tmp_path: Path) -> None:
+    disk = tmp_path / "usb"
+    disk.mkdir()
+    load = build(HostLoadConfigurer, params={"disk_path": str(disk)})
+    with closing(iter(load.messages())) as messages:
+        next(messages)
+        disk.rmdir()
+        with pytest.raises(DeviceGone, match="usb"):
+            next(messages)
+    for _ in range(6):
+        fake_host(load).clock.advance(5.0)
+        with pytest.raises(DeviceGone):
+            collect(load, 1)
+    disk.mkdir()
+    assert len(collect(load, 2)) == 2
+
+
+def test_what_is_no_temperature_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = temperatures(coretemp=[math.nan, 41.0, math.inf], acpitz=[20.0])
+    monkeypatch.setattr(psutil, "sensors_temperatures", lambda: found, raising=False)
+    assert reading().temperature_c == 41.0
+    found["coretemp"][1].current = None
+    assert reading().temperature_c == 20.0
 
 
 def test_it_is_announced_with_units() -> None:

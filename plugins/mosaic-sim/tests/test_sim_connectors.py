@@ -8,7 +8,7 @@ import pytest
 
 from mosaic_core import Captured, Shared
 from mosaic_core.messages import Twist
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.testing import build, collect, fake_host, take_frames
 from mosaic_sim import renderer, textures
 from mosaic_sim.battery import SimBatteryConfigurer
@@ -87,7 +87,7 @@ def test_every_sensor_sends_a_standard_message_and_nothing_that_it_does_not_know
     collect(sensor, 1)
     (value,) = fake_host(sensor).sent_values()
     assert set(value) == keys
-    assert catalogue_entry("x", "x", [sensor]).schema_id == schema_id
+    assert catalogue_entries("x", "x", [sensor])[0].schema_id == schema_id
 
 
 @pytest.mark.parametrize(

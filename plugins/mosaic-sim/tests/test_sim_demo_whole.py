@@ -8,12 +8,14 @@ import sys
 import time
 import urllib.request
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
+from mosaic_server.security.one_time_codes import LIFETIME_S
 
 pytestmark = pytest.mark.webrtc
 COMMAND = [sys.executable, "-m", "mosaic_core.cli.main", "demo", "--port", "0", "--no-open", "--json"]
@@ -64,6 +66,8 @@ def demo(tmp_path: Path) -> Iterator[Demo]:
 def test_the_demo_serves_its_page_and_ctrl_c_ends_all_and_leaves_nothing(demo: Demo) -> None:
     assert demo.facts["ok"]
     assert demo.facts["page"].startswith(f"{demo.facts['url']}/robots/{demo.facts['robotId']}#code=")
+    expires_at = datetime.fromisoformat(demo.facts["pageExpiresAt"])
+    assert datetime.now(UTC) < expires_at <= datetime.now(UTC) + timedelta(seconds=LIFETIME_S)
     with urllib.request.urlopen(f"{demo.facts['url']}/healthz", timeout=5) as answer:
         assert json.load(answer) == {"status": "ok"}
     assert list(demo.folder.iterdir())

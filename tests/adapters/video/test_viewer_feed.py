@@ -51,7 +51,7 @@ async def with_feed() -> AsyncIterator[tuple[ViewerFeed, Wishes]]:
     feed = ViewerFeed(("video/VP8",), lambda code: None, wishes.key, wishes.changed)
     feed.begin([("rung", RUNG)], (150_000, 2_000_000), 0.0)
     feed.switch.want("rung")
-    feed.switch.takes("rung", True)
+    feed.switch.taken("rung", packet(is_key=True), is_key=True, captured_at=0)
     yield feed, wishes
     feed.pause()
 
@@ -79,7 +79,7 @@ async def test_while_a_queue_drains_nothing_leaves_and_then_what_waited_does_wit
         assert not feed.connection.is_paused
         assert wishes.changes == changes + 2, "it is told when it may go on"
         assert wishes.keys == 0
-        assert feed.switch.takes("rung", False)
+        assert feed.switch.needs_key is None
 
 
 async def test_two_cameras_of_one_operator_share_its_budget_and_what_one_leaves_is_the_other_s() -> None:

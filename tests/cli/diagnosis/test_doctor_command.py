@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from functools import cache
 
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from mosaic_core.adapters.video import encoder_choice
 from mosaic_core.cli.main import app
+from mosaic_core.doctor.encoder_checks import encoder_checks
 
 ENCODERS = {"libx264", "libvpx", "h264_nvenc", "h264_v4l2m2m", "h264_vaapi"}
 
@@ -40,3 +42,21 @@ def test_as_json_it_has_figures_or_a_reason_for_each() -> None:
     assert rows["libvpx"]["works"]
     assert rows["libvpx"]["fps"] > 1
     assert [row["codec"] for row in rows.values() if row["chosen"]] in (["H264", "VP8"], ["VP8", "H264"])
+
+
+def test_the_last_line_says_which_encoder_cameras_take_and_where_that_is_explained() -> None:
+    last = CliRunner().invoke(app, ["doctor", "encoders"]).output.strip().splitlines()[-1]
+    assert re.fullmatch(r"Cameras are sent as (VP8|H264) by \w+ in .*; see docs/howto/[\w-]+\.md\.", last)
+
+
+async def test_the_examination_says_it_too() -> None:
+    said = {one.check: one async for one in encoder_checks()}
+    assert list(said) == ["video.vp8", "video.h264", "video.taken"]
+    assert said["video.taken"].sentence.startswith("Cameras are sent as ")
+
+
+async def test_without_any_encoder_both_codecs_fail_and_nothing_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encoder_choice, "KINDS", ())
+    said = [(one.check, one.code) async for one in encoder_checks()]
+    assert said == [("video.vp8", "media.no_encoder"), ("video.h264", "media.no_encoder")]
+    assert CliRunner().invoke(app, ["doctor", "encoders"]).exit_code == 1

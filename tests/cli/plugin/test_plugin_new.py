@@ -12,13 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
 from mosaic_core.runtime.widgets.widget_modules import exports_of
 from mosaic_core.testing.distributions import write_distribution
 from mosaic_core.words.errors import MosaicError
+from release.wheels import PYTHONS
 
-CACHE = Path(__file__).parents[3] / ".mypy_cache" / "new_plugins"
+ROOT = Path(__file__).parents[3]
+CACHE = ROOT / ".mypy_cache" / "new_plugins"
 LONGEST = "acme-a-name-as-long-as-it-may-be"
 
 
@@ -58,6 +61,18 @@ def test_new_plugins_are_typed_strictly(packages: Path) -> None:
     """All kinds at once: most of the time goes into what they import."""
     folders = [str(packages / f"acme-{kind}" / f"acme_{kind}") for kind in KINDS]
     assert "no issues" in checked(packages, "sensor", "mypy", "--strict", "--cache-dir", str(CACHE), *folders)
+
+
+def test_its_workflow_runs_everything_on_every_python_with_the_actions_that_we_use() -> None:
+    text = NewPlugin("acme-lamp", "sensor").files()[Path(".github/workflows/check.yml")]
+    (job,) = yaml.safe_load(text)["jobs"].values()
+    assert job["strategy"]["matrix"]["python"] == [f"{major}.{minor}" for major, minor in PYTHONS]
+    ours = "".join(file.read_text("utf-8") for file in (ROOT / ".github" / "workflows").glob("*.yml"))
+    used = [step["uses"] for step in job["steps"] if "uses" in step]
+    assert used
+    assert [action for action in used if f"uses: {action}\n" not in ours] == []
+    runs = [step["run"] for step in job["steps"] if "run" in step]
+    assert {"pytest", "mypy acme_lamp", "mosaic plugin check . --level gold"} <= set(runs)
 
 
 @pytest.mark.parametrize("name", ["acme-lamp", LONGEST])

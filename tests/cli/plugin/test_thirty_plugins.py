@@ -1,5 +1,5 @@
-"""Thirty plugins, ten of them broken in different ways: each is told with its distribution, file and line, and breaks
-nobody else."""
+"""Thirty plugins and more, many of them broken, each in its own way: each is told with its distribution, file and line,
+and breaks nobody else."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from mosaic_core.cli.configuration.broken_types import PATIENCE_S
 from mosaic_core.testing.distributions import write_distribution
 
 PREFIX = "acme"
@@ -33,7 +34,12 @@ class Configurer(DataChannelConfigurer[NoParams]):
         return Heart(self.label)
 '''
 BROKEN: dict[str, tuple[str, str, int, str]] = {
-    "import": ("from mosaic_core import", "from mosaic_coree import", 1, "ModuleNotFoundError: No module named"),
+    "import": (
+        "from mosaic_core import",
+        "from mosaic_coree import",
+        1,
+        "needs 'mosaic_coree', which is not installed",
+    ),
     "syntax": ("class Beat(Message):", "class Beat(Message:", 3, "SyntaxError"),
     "class": (
         "class Configurer(DataChannelConfigurer[NoParams]):",
@@ -42,6 +48,9 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
         "is not a Configurer class",
     ),
     "type": ('connector_type = "TYPE"', 'connector_type = "other"', 11, "says that its connector_type is 'other'"),
+    "untyped": ('    connector_type = "TYPE"\n', "", 11, "Configurer has no connector_type"),
+    "word": ("    def configure", "    exmple = {}\n    def configure", 11, "did you mean 'example'?"),
+    "value": ("    def messages", "    runs = 'now'\n    def messages", 6, "runs is 'now', and no time to run"),
     "version": (
         "class Beat(Message):",
         "MOSAIC_API_VERSION = 9\nclass Beat(Message):",
@@ -49,9 +58,37 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
         "written for API version 9",
     ),
     "params": ("[NoParams]", "[dict]", 11, "its params are <class 'dict'>"),
+    "leaves": ("class Beat(Message):", "import sys\nsys.exit(3)\nclass Beat(Message):", 4, "SystemExit: 3"),
+    "declares": ("    count: int", "    count: int = 'none'\n    count_hz: undefined", 5, "NameError"),
     "configure": ("return Heart(self.label)", "return Heart(self.lable)", 15, "has no attribute 'lable'"),
+    "init": (
+        "    def messages(self):",
+        "    def __init__(self, label):\n        raise ValueError('odd')\n    def messages(self):",
+        8,
+        "ValueError: odd",
+    ),
+    "nolabel": (
+        "    def messages(self):",
+        "    def __init__(self, label):\n        pass\n    def messages(self):",
+        6,
+        "its handler has no label: call super().__init__(label)",
+    ),
+    "samelabel": (
+        "return Heart(self.label)",
+        "return [Heart(self.label), Heart(self.label)]",
+        14,
+        "makes two handlers of one label 'l",
+    ),
 }
 """Told by `validate`, and so by `run`: what stands there, what is written instead, the line of it, what is said."""
+MISLED = {
+    "nomodule": ("acme_nowhere:Configurer", "its entry point names the module 'acme_nowhere', which is not installed"),
+    "noclass": ("acme_noclass:Configurator", "its entry point names 'Configurator', which"),
+    "noname": ("acme_noname", "is not a Configurer class"),
+}
+"""Sound code, and an entry point that leads elsewhere: what it names, what is said."""
+LATE = frozenset({"configure", "init", "nolabel", "samelabel"})
+"""Broken in what a list does not look at: it makes no handler."""
 RAISES = GOOD.replace("        for count", '        raise RuntimeError("no such thing")\n        for count')
 DEAF = GOOD.replace(
     "        for count in self.every(0.05):\n            yield Beat(count=count)",
@@ -61,14 +98,18 @@ ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
 SERVER = f"server: {{ ws_url: 'ws://127.0.0.1:9', auth: {{ type: no-authorization, robot_id: {ROBOT_ID} }} }}"
 
 
-def install(folder: Path, name: str, source: str, connector_type: str = "") -> None:
+ENDLESS = GOOD.replace("class Beat(", "import threading\nthreading.Event().wait()\n\nclass Beat(")
+CRASHES = GOOD.replace("class Beat(", "import os\nos.abort()\n\nclass Beat(")
+
+
+def install(folder: Path, name: str, source: str, connector_type: str = "", names: str = "") -> None:
     kind = connector_type or f"{PREFIX}-{name}"
     module = f"{PREFIX}_{name}"
     write_distribution(
         folder,
         f"{PREFIX}-{name}",
         modules={module: source.replace("TYPE", kind)},
-        entry_points={"mosaic.connectors": {kind: f"{module}:Configurer"}},
+        entry_points={"mosaic.connectors": {kind: names or f"{module}:Configurer"}},
     )
 
 
@@ -76,13 +117,17 @@ def install(folder: Path, name: str, source: str, connector_type: str = "") -> N
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where they are installed."""
     folder = tmp_path_factory.mktemp("site-packages")
-    for number in range(20):
+    for number in range(17):
         install(folder, f"good{number}", GOOD)
     for name, (old, new, _, _) in BROKEN.items():
         assert old in GOOD
         install(folder, name, GOOD.replace(old, new))
+    for name, (names, _) in MISLED.items():
+        install(folder, name, GOOD, names=names)
     install(folder, "raises", RAISES)
     install(folder, "deaf", DEAF)
+    install(folder, "endless", ENDLESS)
+    install(folder, "crashes", CRASHES)
     install(folder, "twin", GOOD, "acme-good0")
     return folder
 
@@ -109,16 +154,40 @@ def write_robot(folder: Path, *types: str) -> None:
     (folder / "mosaic_config.yaml").write_text("\n".join([SERVER, "connectors:", *lines, ""]))
 
 
-def test_all_are_listed_and_none_is_imported(mosaic: Any, site: Path) -> None:
+COUNT = 20 + len(BROKEN) + len(MISLED) + 5
+
+
+def test_the_list_has_all_imports_none_and_marks_what_two_have(mosaic: Any, site: Path) -> None:
     out, err = mosaic("connectors", "list", "--json").communicate(timeout=60)
     ours = [one for one in json.loads(out) if one["distribution"].startswith(PREFIX)]
-    assert len(ours) == 30
+    assert len(ours) == COUNT
+    assert {one["type"] for one in ours if "broken" in one} == {"acme-good0"}
     assert err == ""
     assert not list(site.glob("**/*.pyc"))
 
 
+def test_a_checked_list_marks_what_can_not_be_used_and_nothing_else(mosaic: Any, site: Path) -> None:
+    out, err = mosaic("connectors", "list", "--check", "--json").communicate(timeout=100)
+    broken = {one["type"]: one["broken"] for one in json.loads(out) if "broken" in one}
+    assert err == ""
+    for name, (_, _, line, told) in BROKEN.items():
+        if name not in LATE:
+            said = broken.pop(f"{PREFIX}-{name}")
+            assert told in said
+            assert f"{site}/{PREFIX}_{name}.py:{line}" in said
+    for name, (_, told) in MISLED.items():
+        assert told in broken.pop(f"{PREFIX}-{name}")
+    endless, crashes = broken.pop("acme-endless"), broken.pop("acme-crashes")
+    assert (endless, crashes) == (
+        f"its import had not ended after {PATIENCE_S:g} s ({site}/acme_endless.py:4)",
+        f"its import ends the whole process: SIGABRT ({site}/acme_crashes.py:4)",
+    )
+    assert "claimed by acme-good0 1.0.0 and acme-twin 1.0.0" in broken.pop("acme-good0")
+    assert broken == {}
+
+
 def test_validate_names_distribution_file_and_line_of_each(mosaic: Any, site: Path, tmp_path: Path) -> None:
-    write_robot(tmp_path, *(f"{PREFIX}-{name}" for name in BROKEN), "acme-good0", "acme-good1")
+    write_robot(tmp_path, *(f"{PREFIX}-{name}" for name in (*BROKEN, *MISLED)), "acme-good0", "acme-good1")
     done = mosaic("validate")
     _, err = done.communicate(timeout=60)
     assert done.returncode == 2
@@ -126,9 +195,23 @@ def test_validate_names_distribution_file_and_line_of_each(mosaic: Any, site: Pa
         said = next(one for one in err.splitlines() if f"{PREFIX}-{name} 1.0.0" in one)
         assert told in said
         assert re.search(rf"{re.escape(str(site))}/{PREFIX}_{name}\.py:{line}\b", said), said
+    for name, (_, told) in MISLED.items():
+        assert told in next(one for one in err.splitlines() if f"{PREFIX}-{name} 1.0.0" in one)
+    assert "did you mean 'Configurer'?" in err
     assert "claimed by acme-good0 1.0.0 and acme-twin 1.0.0" in err
-    assert err.count("error: ") == len(BROKEN) + 1
+    assert err.count("error: ") == len(BROKEN) + len(MISLED) + 1
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("words", [("validate",), ("run",)])
+def test_an_import_that_never_ends_is_named_with_its_line(
+    mosaic: Any, site: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    write_robot(tmp_path, "acme-good1", "acme-endless")
+    waiting = mosaic(*words)
+    told = next(line for line in waiting.stderr if "acme-endless" in line)
+    assert "the import of connector type 'acme-endless' of acme-endless 1.0.0 goes on for 4 s already" in told
+    assert f"{site}/acme_endless.py:4;" in told
 
 
 def test_run_goes_on_beside_bodies_that_break_and_says_which(mosaic: Any, site: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from collections.abc import Iterator
@@ -20,8 +21,11 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from websockets.sync.server import ServerConnection, serve
 
 from mosaic_core.cli.robot.live_table import duration, robot_table, size
+from mosaic_core.cli.robot.service_unit import ServiceUnit, unit_text
+from mosaic_core.cli.terminal.error_report import REPLACED, USAGE
 from mosaic_core.cli.terminal.log_output import JsonLines, LogFormat, LogLevel, set_up_logging
 from mosaic_core.runtime.observation.counters import (
     ConnectorSnapshot,
@@ -32,6 +36,7 @@ from mosaic_core.runtime.observation.counters import (
     ServerSnapshot,
     StopSnapshot,
 )
+from mosaic_core.words.codes import CloseCode
 
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 
@@ -76,6 +81,21 @@ def test_mistakes_end_it_before_anything_starts(robot_yaml: Path) -> None:
     assert done.returncode == 2
     assert "unknown key 'lable'" in done.stderr
     assert "did you mean 'label'?" in done.stderr
+
+
+def test_a_robot_that_was_replaced_ends_by_a_code_that_no_service_starts_again(robot_yaml: Path) -> None:
+    def put_off(socket: ServerConnection) -> None:
+        socket.close(CloseCode.REPLACED)
+
+    with serve(put_off, "127.0.0.1", 0) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        port = server.socket.getsockname()[1]
+        robot_yaml.write_text(robot_yaml.read_text().replace("127.0.0.1:9", f"127.0.0.1:{port}"))
+        done = subprocess.run([*MOSAIC, "run", str(robot_yaml)], capture_output=True, text=True, timeout=60)
+    assert done.returncode == REPLACED, done.stderr
+    assert "code: signal.replaced" in done.stderr
+    unit = ServiceUnit("rover", "", (), Path("/"), ("mosaic", "run"), Path("/etc/mosaic"))
+    assert f"RestartPreventExitStatus={USAGE} {REPLACED}" in unit_text(unit).splitlines()
 
 
 def test_on_a_terminal_it_shows_a_table(robot_yaml: Path) -> None:

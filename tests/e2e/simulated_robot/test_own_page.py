@@ -18,6 +18,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.accessibility import LOOKS, Examination
 from support.processes import free_port, is_listening
 from support.waiting import wait_for
 
@@ -144,17 +145,47 @@ def test_the_documented_page_takes_control_drives_and_stops(
     page.get_by_role("button", name="Stop", exact=True).first.wait_for()
 
 
-def test_the_example_shows_a_picture_and_a_battery(page: Page, example_url: str, seed: Any, robot: Any) -> None:
+def test_the_example_of_thirty_lines_signs_in_and_shows_a_picture_and_a_battery(
+    page: Page, example_url: str, seed: Any, robot: Any
+) -> None:
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
+    examination = Examination(page)
     page.goto(example_url)
-    page.get_by_placeholder("Email").fill(seed.email)
-    page.get_by_placeholder("Password").fill(seed.password)
+    page.get_by_label("Email").fill(seed.email)
+    page.get_by_role("textbox", name="Password").fill("wrong")
     page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert")).to_contain_text("Check the email and the password")
+    examination.look("sign-in")
+    photograph(page, "own-page-sign-in")
+    page.get_by_role("textbox", name="Password").fill(seed.password)
+    page.get_by_role("button", name="Sign in").click()
+    page.get_by_label("Robot").select_option("Test robot")
     page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
     expect(page.get_by_role("region")).to_have_count(2)
     expect(page.get_by_role("region", name=re.compile("^battery:")).get_by_text("Voltage")).to_be_visible()
+    expect(page.get_by_role("status").get_by_text("connected")).to_be_visible()
+    expect(page.get_by_role("button", name=re.compile("^Stop"))).to_be_visible()
+    examination.look("a robot")
+    photograph(page, "own-page")
+    examination.expect_nothing()
+    page.reload()
+    page.get_by_label("Robot").select_option("Test robot")
+    page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")  # still signed in
     assert problems == []
+
+
+def photograph(page: Page, name: str) -> None:
+    """For whoever wants to see it: in both colours, and on a phone."""
+    folder = os.environ.get("MOSAIC_E2E_PICTURES")
+    for scheme, (look, size) in enumerate(LOOKS) if folder else ():
+        page.set_viewport_size(size)
+        page.emulate_media(color_scheme=look)
+        page.screenshot(path=Path(str(folder)) / f"{name}-{scheme}-{look}.png")
+
+
+def test_the_example_is_no_longer_than_it_says() -> None:
+    assert len((EXAMPLE / "src" / "main.tsx").read_text().splitlines()) <= 30
 
 
 def test_the_example_names_what_it_needs_and_no_more() -> None:

@@ -193,6 +193,22 @@ async def test_what_becomes_no_json_while_it_is_held_is_told_at_the_end() -> Non
         await spoiled()
 
 
+async def test_an_error_of_the_block_goes_before_that_of_what_was_held_and_tells_both() -> None:
+    store = SendableStore(RobotConnector("r", "joints", MosaicDataType.JSON_U2R))
+    target = {"position": 0.5}
+
+    async def spoiled() -> None:
+        async with store.held(target, period_s=0):
+            target["position"] = float("nan")
+            for _ in range(3):
+                await asyncio.sleep(0)
+            raise LookupError("of the block")
+
+    with pytest.raises(LookupError, match="of the block") as caught:
+        await spoiled()
+    assert any("JSON" in note for note in caught.value.__notes__)
+
+
 async def test_what_is_no_json_is_not_held() -> None:
     store = SendableStore(RobotConnector("r", "joints", MosaicDataType.JSON_U2R))
     with pytest.raises(ValueError, match="JSON"):

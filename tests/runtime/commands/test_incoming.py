@@ -57,6 +57,30 @@ def test_what_a_departed_peer_still_wanted_is_forgotten() -> None:
         assert inbox.take() is None
 
 
+@pytest.mark.parametrize(("newest_only", "left"), [(True, [b"2"]), (False, [b"1", b"2"])])
+def test_what_comes_while_it_is_held_waits_as_long_as_it_is(newest_only: bool, left: list[bytes]) -> None:
+    inbox = Inbox(newest_only=newest_only)
+    inbox.hold()
+    inbox.put(item(b"1"))
+    inbox.put(item(b"2"))
+    assert inbox.take() is None
+    assert inbox.wait(0.01) is None
+    inbox.resume()
+    assert [taken.payload for _ in left if (taken := inbox.wait(2)) is not None] == left
+    assert inbox.take() is None
+
+
+def test_resume_wakes_the_waiting_thread() -> None:
+    inbox, got = Inbox(newest_only=False), []
+    inbox.hold()
+    inbox.put(item(b"1"))
+    thread = threading.Thread(target=lambda: got.append(inbox.wait()))
+    thread.start()
+    inbox.resume()
+    thread.join(20)
+    assert [taken.payload for taken in got] == [b"1"]
+
+
 def test_close_wakes_the_waiting_thread() -> None:
     inbox, got = Inbox(newest_only=False), []
     thread = threading.Thread(target=lambda: got.append(inbox.wait()))

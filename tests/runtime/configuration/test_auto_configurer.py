@@ -46,7 +46,7 @@ def mistakes(configured: Callable[..., Configured]) -> Callable[[str], tuple[Pro
 
 def test_the_catalogue_entry_is_derived_from_the_handler(configured: Callable[..., Configured]) -> None:
     (connector,) = configured("[{type: gauge, label: battery}]").connectors
-    entry = connector.entry
+    (entry,) = connector.entries
     assert (entry.label, entry.type, entry.kind, entry.widget) == ("battery", "gauge", Kind.DATA, "value-cards")
     assert (entry.data_type, entry.direction) == (MosaicDataType.JSON_R2U, Direction.TO_OPERATOR)
     assert [channel.label for channel in entry.channels] == ["battery"]
@@ -60,24 +60,32 @@ def test_a_receivers_limits_are_announced_and_its_own_timeout_counts(configured:
         "[{type: motor, label: a, params: {pin: 1}},"
         " {type: motor, label: b, params: {pin: 2}, safety: {timeout_s: 2, max_mps: 3}, delivery: reliable}]"
     ).connectors
-    assert first.entry.safety == {"timeout_s": 0.4, "max_mps": 1.0}
-    assert (first.terms_of(first.handlers[0]).mode, first.entry.delivery) == (Delivery.LATEST, Delivery.LATEST)
-    assert second.entry.safety == {"timeout_s": 2.0, "max_mps": 3.0}
-    assert (second.terms_of(second.handlers[0]).mode, second.entry.delivery) == (Delivery.RELIABLE, Delivery.RELIABLE)
+    assert first.entries[0].safety == {"timeout_s": 0.4, "max_mps": 1.0}
+    assert (first.terms_of(first.handlers[0]).mode, first.entries[0].delivery) == (Delivery.LATEST, Delivery.LATEST)
+    assert second.entries[0].safety == {"timeout_s": 2.0, "max_mps": 3.0}
+    assert (second.terms_of(second.handlers[0]).mode, second.entries[0].delivery) == (
+        Delivery.RELIABLE,
+        Delivery.RELIABLE,
+    )
 
 
 def test_a_camera_has_no_channel(configured: Callable[..., Configured]) -> None:
     (connector,) = configured("[{type: eye, label: front}]").connectors
-    entry = connector.entry
+    (entry,) = connector.entries
     assert (entry.kind, entry.data_type, entry.channels) == (Kind.VIDEO, MosaicDataType.MEDIA, ())
     assert entry.message_schema is None
 
 
-def test_a_connector_may_have_several_channels(configured: Callable[..., Configured]) -> None:
+def test_each_handler_of_a_connector_is_an_entry(configured: Callable[..., Configured]) -> None:
     (connector,) = configured("[{type: pair, label: link}]").connectors
-    assert [channel.label for channel in connector.entry.channels] == ["link-receiver", "link-sender"]
-    assert connector.entry.direction is Direction.BOTH
-    assert len(connector.handlers) == 2
+    assert [(entry.label, entry.type, entry.direction) for entry in connector.entries] == [
+        ("link-receiver", "pair", Direction.TO_ROBOT),
+        ("link-sender", "pair", Direction.TO_OPERATOR),
+    ]
+    assert [[channel.label for channel in entry.channels] for entry in connector.entries] == [
+        ["link-receiver"],
+        ["link-sender"],
+    ]
 
 
 @pytest.mark.parametrize("init", ["pass", "super().__init__(None)", "super().__init__(5)"])
@@ -111,7 +119,7 @@ def test_channel_names_are_unique_beyond_labels(mistakes: Callable[[str], tuple[
     (problem,) = mistakes("\n  - {type: pair, label: link}\n  - {type: gauge, label: link-sender}")
     assert problem.code == "config.duplicate_label"
     assert problem.line == 7
-    assert problem.message == "connector 'link-sender' makes the channel 'link-sender', which 'link' has already"
+    assert problem.message == "connector 'link-sender' makes 'link-sender', which 'link' has already"
 
 
 def test_every_connector_that_cannot_be_made_is_named(mistakes: Callable[[str], tuple[Problem, ...]]) -> None:
@@ -166,7 +174,7 @@ def test_a_configuration_made_in_python_is_configured_too(acme: ConnectorResolve
     )
     made = AutoConfigurer(resolver=acme, plugins=hook_plugins([])).from_config(config)
     assert made.config is config
-    assert made.connectors[0].entry.label == "a"
+    assert made.connectors[0].entries[0].label == "a"
 
 
 class Recorder:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mosaic_core import DataChannelSendable
 from mosaic_core.machines.delivery.framing import PayloadKind
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.words.data_type import Delivery
 
@@ -96,7 +96,7 @@ async def test_a_burst_on_a_framed_channel_is_one_frame_per_part(kit: Any) -> No
 
 def test_the_catalogue_tells_of_the_own_channel_alone(kit: Any) -> None:
     cloud, connector = cloud_of(kit)
-    entry = catalogue_entry("cloud", "point-cloud", connector.handlers)
+    (entry,) = catalogue_entries("cloud", "point-cloud", connector.handlers)
     assert [channel.label for channel in entry.channels] == ["cloud"]
     assert cloud.channel.data_type is entry.data_type
 

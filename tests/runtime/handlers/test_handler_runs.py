@@ -252,3 +252,25 @@ async def test_without_receivers_no_thread_is_asked_for_safety(kit: Any, monkeyp
     monkeypatch.setattr(scene.runs.safety, "make_all_safe", None)
     await scene.runs.close()
     assert scene.row("pose").state == "stopped"
+
+
+class AsyncMotor(Motor):
+    async def handle_data(self, data: dict[str, Any]) -> None:
+        self.log.append(data["v"])
+
+
+@pytest.mark.parametrize("kind", [Motor, AsyncMotor])
+async def test_what_is_held_is_made_safe_and_commanded_no_more_until_it_goes_on(kit: Any, kind: type[Motor]) -> None:
+    motor = kind()
+    async with running(kit, (motor,)) as scene:
+        connectors = [kit.connector_of(motor)]
+        scene.command(b'{"v": 1}')
+        await scene.until(lambda: motor.log == [1])
+        await scene.runs.hold(connectors)
+        assert motor.log == [1, "safety.reload"]
+        scene.command(b'{"v": 2}')
+        await scene.until(lambda: scene.row("drive").messages == 1)
+        await asyncio.sleep(0)
+        assert motor.log == [1, "safety.reload"]
+        scene.runs.resume(connectors)
+        await scene.until(lambda: motor.log == [1, "safety.reload", 2])

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from mosaic_core import Handler, hookimpl
 from mosaic_core.laboratory.joining import ROBOT_ID, running_robot, signed_in, until
 from mosaic_core.laboratory.memory_network import MemoryNetwork
 from mosaic_core.laboratory.memory_server import MemoryServer
@@ -334,3 +335,127 @@ async def test_what_connectors_share_is_made_anew_with_its_last_user(bench: Benc
     after.enter()
     after.leave()
     assert story == ["open", "open", "closed", "open", "closed", "closed"]
+
+
+async def test_only_what_changed_is_made_and_hooks_hear_of_it(bench: Bench) -> None:
+    made: list[str] = []
+    all_of_them: list[str] = []
+
+    class Listener:
+        @hookimpl
+        def mosaic_before_configure(self, configurers: Sequence[Any]) -> None:
+            made.extend(one.label for one in configurers)
+
+        @hookimpl
+        def mosaic_after_configure(self, handlers: Sequence[Handler]) -> None:
+            all_of_them[:] = [one.label for one in handlers]
+
+    bench.reloader.configured.plugins.register(Listener())
+    async with running(bench) as live:
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")
+    assert (made, all_of_them) == (["a"], ["a", "wheel"])
+
+
+async def test_motion_rests_while_the_new_object_is_made(bench: Bench, capfd: pytest.CaptureFixture[str]) -> None:
+    """Its maker waits for a file here, as one does that reads a slow disk."""
+    told = ""
+
+    def story() -> str:
+        nonlocal told
+        told += capfd.readouterr().out
+        return told
+
+    slow = """    def configure(self):
+        import pathlib, time
+        print("new begins to be made\\n", end="", flush=True)
+        while not (pathlib.Path(__file__).parents[1] / "go").exists():
+            time.sleep(0.005)
+        raise RuntimeError("no motor")
+"""
+    async with running(bench) as live:
+        pad = live.connection.sendable("wheel")
+        await pad.wait_open()
+        await until(lambda: pad.send_json({"speed_mps": 0.5}) and "old turns 0.5" in story())
+        bench.edit("connectors/wheels.py", "    def configure(self):\n", slow)
+        await until(lambda: "new begins to be made" in story())
+        assert "old safe safety.reload" in told.partition("new begins")[0]
+        for speed in (0.6, 0.7):
+            pad.send_json({"speed_mps": speed})
+        await word(live, "a", "tick")  # by then they have arrived
+        assert "turns 0.6" not in story()
+        assert "turns 0.7" not in told
+        bench.write("go", "")
+        await until(lambda: bench.problems)
+        assert "no motor" in bench.problems[0].message
+        await until(lambda: pad.send_json({"speed_mps": 0.8}) and "old turns 0.8" in story())  # what ran goes on
+
+
+BREAKAGES = {
+    "import": ("from .words import WORD", "from .words import WORD\nraise {error}"),
+    "declaration": ("class Beat(Message):", "class Beat(Message):\n    raise {error}\n"),
+    "params": (
+        "class BeatParams(Params):",
+        "from pydantic import field_validator\nclass BeatParams(Params):\n"
+        "    @field_validator('period_s')\n    @classmethod\n    def odd(cls, value):\n        raise {error}\n",
+    ),
+    "configurer": (
+        'connector_type = "heart"',
+        'connector_type = "heart"\n    def __init__(self, *a, **k): raise {error}',
+    ),
+    "configure": ("        return Heart(self.label, self.params)", "        raise {error}"),
+    "handler": ("        self.params = params", "        raise {error}"),
+    "delivery": (
+        "    def messages(self):",
+        "    @property\n    def delivery(self): raise {error}\n    def messages(self):",
+    ),
+}
+"""Where a plugin can raise before its body runs: what stands there, and what is written instead."""
+
+
+@pytest.mark.parametrize(
+    ("where", "error"),
+    [
+        *((where, "KeyError('x')") for where in BREAKAGES),
+        ("import", "SystemExit(3)"),
+        ("import", "KeyboardInterrupt()"),
+        ("params", "SystemExit(3)"),
+        ("configure", "StopIteration()"),
+        ("delivery", "StopIteration()"),
+    ],
+)
+async def test_nothing_that_a_plugin_raises_ends_the_watching(bench: Bench, where: str, error: str) -> None:
+    old, new = BREAKAGES[where]
+    whole = (bench.folder / "connectors/beats.py").read_text()
+    broken = whole.replace(old, new.format(error=error))
+    params = "{ type: heart, label: a, params: { period_s: 0.011 } }"
+    line = next(number for number, text in enumerate(broken.splitlines(), 1) if f"raise {error}" in text)
+    async with running(bench) as live:
+        before = live.threads()
+        bench.write("connectors/beats.py", broken)
+        bench.connectors(params, "{ type: wheel, label: wheel }")
+        await until(lambda: any(f"beats.py:{line}" in str(one) for one in bench.problems))
+        assert live.threads() == before
+        await word(live, "a", "tick")
+        bench.write("connectors/beats.py", whole)
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")
+
+
+async def test_what_can_not_begin_is_told_and_the_next_save_begins_it(bench: Bench) -> None:
+    """Too late to go on as before: the old one has ended."""
+    whole = (bench.folder / "connectors/beats.py").read_text()
+    broken = whole.replace(
+        "    def messages(self):", "    def bind(self, host): raise KeyError('x')\n    def messages(self):"
+    )
+    async with running(bench) as live:
+        await word(live, "a", "tick")
+        before = live.threads()
+        bench.write("connectors/beats.py", broken)
+        await until(
+            lambda: any("beats.py:19: a can't begin, and stands: KeyError" in str(one) for one in bench.problems)
+        )
+        assert live.threads()["wheel"] is before["wheel"]
+        bench.write("connectors/beats.py", whole)
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")

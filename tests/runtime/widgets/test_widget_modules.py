@@ -211,9 +211,9 @@ def importable(install_arm: InstallArm) -> InstallArm:
 def test_the_catalogue_of_a_robot_has_the_module(importable: InstallArm) -> None:
     importable()
     (connector,) = configured().connectors
-    assert connector.entry.widget == "acme-arm/ArmPanel"
-    assert connector.entry.widget_module == module_with("acme-arm/ArmPanel").announced
-    assert connector.entry.short().widget_module is not None
+    assert connector.entries[0].widget == "acme-arm/ArmPanel"
+    assert connector.entries[0].widget_module == module_with("acme-arm/ArmPanel").announced
+    assert connector.entries[0].short().widget_module is not None
 
 
 def test_a_robot_whose_widget_is_missing_does_not_start(importable: InstallArm) -> None:

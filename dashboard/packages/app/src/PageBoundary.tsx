@@ -1,7 +1,7 @@
 import { Button, Center, Stack } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
 import { Component, type ReactNode } from 'react'
-import { FailureAlert } from './session/FailureAlert'
+import { FailureAlert } from '@mosaic/widgets'
 
 const MESSAGE = 'This page could not be shown'
 const CURES = {

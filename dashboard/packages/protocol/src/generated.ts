@@ -72,32 +72,10 @@ export const PayloadKind = {
 } as const
 export type PayloadKind = (typeof PayloadKind)[keyof typeof PayloadKind]
 
-/**
- * One data channel of a connector; most connectors have one whose label is the connector's.
- *
- * One with a `delivery` stands for itself: operators see it as if it were a connector, with what else is said here.
- * Without one it is a part of its connector, which says everything.
- */
+/** One data channel of an entry; most have one whose label is the entry's. */
 export interface ChannelEntry {
-  /** Hint: the widget that shows it best. */
-  widget?: string
-  /** Where that widget is, if a plugin ships it. */
-  widgetModule?: WidgetModule
-  /** The known shape of its messages: `mosaic/Twist@1`. */
-  schemaId?: string
-  /** JSON Schema of one message, with units; both ways: of one that operators send. */
-  messageSchema?: Record<string, unknown>
-  /** Both ways: the known shape of what the robot sends. */
-  sentSchemaId?: string
-  /** Both ways: JSON Schema of a message that the robot sends. */
-  sentSchema?: Record<string, unknown>
-  /** Of a connector that answers requests: JSON Schema of an answer. */
-  answerSchema?: Record<string, unknown>
-  /** The limits that the robot enforces. */
-  safety?: Record<string, unknown>
   label: string
   dataType: MosaicDataType
-  delivery?: Delivery
 }
 
 /** The ES module in which an installed distribution ships widgets: what a robot announces and a server offers. */
@@ -111,8 +89,18 @@ export interface WidgetModule {
   sizeBytes: number
 }
 
-/** One connector as operators see it. */
+/**
+ * One track, one data channel or several channels that mean something only together, as operators see it. The
+ * handlers of one connector are an entry each, of the same type.
+ */
 export interface CatalogueEntry {
+  label: string
+  type: string
+  kind: Kind
+  dataType: MosaicDataType
+  direction: Direction
+  channels: readonly ChannelEntry[]
+  delivery: Delivery
   /** Hint: the widget that shows it best. */
   widget?: string
   /** Where that widget is, if a plugin ships it. */
@@ -129,16 +117,9 @@ export interface CatalogueEntry {
   answerSchema?: Record<string, unknown>
   /** The limits that the robot enforces. */
   safety?: Record<string, unknown>
-  label: string
-  type: string
-  kind: Kind
-  dataType: MosaicDataType
-  direction: Direction
-  channels: readonly ChannelEntry[]
-  delivery: Delivery
 }
 
-/** All connectors of one robot, in the order of its YAML file. */
+/** All that operators see of one robot, in the order of its YAML file. */
 export interface Catalogue {
   hash: string
   entries: readonly CatalogueEntry[]
@@ -967,6 +948,22 @@ export const REASONS = {
   'arm.too_many_poses': { sentence: 'The file of poses is full.', cure: 'Remove some from it.' },
   'arm.too_slow': { sentence: 'The way to the pose would take longer than a request may.', cure: 'Ask for more speed.' },
   'arm.not_there': { sentence: 'The arm did not get to its pose.', cure: 'See what is in its way, and whether its torque is enough: `torque_percent`.' },
+  'ros2.goal_rejected': { sentence: "The action's server rejects this goal.", cure: "Ask for another one, or see in the server's log why." },
+  'mavlink.disarmed': { sentence: 'The vehicle is not armed.', cure: 'Arm it first.' },
+  'mavlink.wrong_mode': { sentence: 'The vehicle is in a mode that does not take this.', cure: 'Ask for the mode first.' },
+  'mavlink.no_such_action': { sentence: 'This vehicle does not have the action.', cure: 'Ask for one that fits its kind and autopilot.' },
+  'mavlink.no_such_axis': { sentence: "This vehicle can't move along the axis.", cure: 'Leave the axis at zero.' },
+  'mavlink.unknown_mode': { sentence: 'This vehicle has no mode of this name.', cure: 'Take one of the names in the answer.' },
+  'mavlink.not_now': { sentence: "The vehicle can't do it now.", cure: 'Read what it says beside it (PreArm: …), and ask again.' },
+  'mavlink.denied': { sentence: 'The vehicle refuses it.', cure: 'Read what it says beside it.' },
+  'mavlink.unsupported': { sentence: 'The vehicle does not know the command.', cure: 'See what its autopilot and version support.' },
+  'mavlink.failed': { sentence: 'The vehicle tried it and failed.', cure: 'Read what it says beside it.' },
+  'mavlink.not_done': { sentence: 'The vehicle accepted it, and it is not so.', cure: 'See in its status what stands in the way.' },
+  'mavlink.not_set': { sentence: 'The vehicle kept another value of the parameter.', cure: 'Ask for its range, and set one within it.' },
+  'mavlink.no_answer': { sentence: 'The vehicle does not answer.', cure: 'Look at the link: mavlink-status counts what gets lost.' },
+  'mavlink.mission_refused': { sentence: 'The vehicle refuses the mission.', cure: 'See which item it names.' },
+  'mavlink.too_many': { sentence: 'The list is longer than the vehicle takes, or than may be asked for.', cure: 'Shorten it.' },
+  'mavlink.no_position': { sentence: 'The vehicle does not know where it is.', cure: 'Wait for a fix.' },
 } as const
 /** One of the codes of `REASONS`. */
 export type ReasonCode = keyof typeof REASONS
@@ -1122,10 +1119,10 @@ export const DEFINITIONS: Record<string, unknown> = {
   Bye: {"properties": {"code": {"default": "peer.closed", "format": "plain", "type": "string"}, "message": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "type": "object"},
   Catalogue: {"properties": {"hash": {"type": "string"}, "entries": {"items": {"$ref": "CatalogueEntry"}, "type": "array"}}, "required": ["hash", "entries"], "type": "object"},
   CatalogueAnnounce: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
-  CatalogueEntry: {"properties": {"widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "widgetModule": {"anyOf": [{"$ref": "WidgetModule"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "sentSchemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "sentSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
+  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "widgetModule": {"anyOf": [{"$ref": "WidgetModule"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "sentSchemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "sentSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
   CatalogueFull: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
   CatalogueUpdate: {"properties": {"robotId": {"type": "string"}, "catalogue": {"$ref": "Catalogue"}}, "required": ["robotId", "catalogue"], "type": "object"},
-  ChannelEntry: {"properties": {"widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "widgetModule": {"anyOf": [{"$ref": "WidgetModule"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "sentSchemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "sentSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "label": {"format": "plain", "type": "string"}, "dataType": {"$ref": "MosaicDataType"}, "delivery": {"anyOf": [{"$ref": "Delivery"}, {"type": "null"}], "default": null}}, "required": ["label", "dataType"], "type": "object"},
+  ChannelEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "dataType": {"$ref": "MosaicDataType"}}, "required": ["label", "dataType"], "type": "object"},
   ClosePeerConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "code": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "message": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
   Delivered: {"properties": {"seqs": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},

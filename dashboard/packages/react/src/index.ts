@@ -1,4 +1,5 @@
 export { MosaicProvider, useMosaicClient, type MosaicProviderProps } from './MosaicProvider'
+export { useConnectedRobot } from './useConnectedRobot'
 export { useControl, useControlEvents, type Control } from './useControl'
 export { useLease, type Lease } from './useLease'
 export { useLimits } from './useLimits'

@@ -1,15 +1,6 @@
-import {
-  RobotStatus,
-  type Catalogue,
-  type ControlMessage,
-  type IceCandidate,
-  type IceServer,
-  type SdpOffer,
-  type SignalingMessage,
-  type TicketKey,
-} from '@mosaic/protocol'
+import { RobotStatus, type Catalogue, type ControlMessage, type ControlMessages, type SignalingMessage } from '@mosaic/protocol'
 import { randomId, type Platform, type Readable } from '@mosaic/client'
-import { microseconds, SignalingSocket, wallClockMs } from '@mosaic/client/parts'
+import { microseconds, SignalingSocket } from '@mosaic/client/parts'
 import { catalogueOf } from './connectors/catalogue'
 import type { DataConnector, TrackConnector } from './connectors/Connector'
 import { DataOutlet } from './connectors/DataOutlet'
@@ -18,11 +9,13 @@ import { Loudspeaker, type VoicePlayer } from './connectors/Loudspeaker'
 import { TrackOutlet } from './connectors/TrackOutlet'
 import type { ControlPort } from './control/ControlPort'
 import { StopLatch } from './control/StopLatch'
+import type { PictureTimes } from './media/pictureTimes'
+import { PeersHere } from './peers/PeersHere'
 import { RobotPeer, type Site } from './peers/RobotPeer'
 import { RobotView, type PageRobotState } from './RobotView'
-import { Admission, type Prepared } from './signaling/admission'
+import { Reception, type Arrival } from './signaling/Reception'
 import { RobotSignaling } from './signaling/robotSignaling'
-import { BadTicket, identityOf, type Identity, type Verify } from './signaling/tickets'
+import type { Verify } from './signaling/tickets'
 
 /** Each viewer costs this device an encoder of its own. */
 const PLACES = 6
@@ -44,6 +37,8 @@ export interface PageRobotOptions {
   /** Plays an operator's voice; null: this robot has no loudspeaker. */
   play: ((track: MediaStreamTrack) => VoicePlayer) | null
   verify: Verify
+  /** Reads the timestamps of pictures as they are sent; null: this browser can't. */
+  pictureTimes: PictureTimes | null
 }
 
 /** Represents a robot that is a page: signs in, answers operators, and shares what this device has while somebody watches. */
@@ -55,17 +50,14 @@ export class PageRobot implements Site {
   readonly data = new Map<string, DataOutlet>()
   readonly tracks = new Map<string, TrackOutlet>()
   readonly speaker: Loudspeaker | null
+  readonly pictureTimes: PictureTimes | null
   readonly log: LogConnector
   private readonly view: RobotView
   private readonly machine: RobotSignaling
   private readonly socket: SignalingSocket
-  private readonly admission = new Admission(PLACES)
-  private readonly peers = new Map<string, RobotPeer>()
-  /** The candidates of those whose tickets are being checked. */
-  private readonly arriving = new Map<string, IceCandidate[]>()
+  private readonly reception: Reception
+  private readonly peers = new PeersHere()
   private readonly latch = new StopLatch()
-  private keys: readonly TicketKey[] = []
-  private iceServers: readonly IceServer[] = []
   private isRunning = false
 
   readonly state: Readable<PageRobotState>
@@ -73,6 +65,7 @@ export class PageRobot implements Site {
   constructor(private readonly options: PageRobotOptions) {
     const { platform, baseUrl, credentials } = options
     this.platform = platform
+    this.pictureTimes = options.pictureTimes
     this.log = new LogConnector()
     this.view = new RobotView(this.log)
     this.state = this.view.state
@@ -84,6 +77,17 @@ export class PageRobot implements Site {
     this.catalogue = catalogueOf([...[...this.tracks.values()].map(({ entry }) => entry), ...speakers, ...outlets])
     this.machine = new RobotSignaling(credentials.robotId, () => platform.random())
     this.socket = new SignalingSocket(`${baseUrl.replace(/^http/, 'ws')}/ws/robot`, platform, this.machine)
+    this.reception = new Reception(
+      {
+        robotId: credentials.robotId,
+        places: PLACES,
+        verify: options.verify,
+        now: () => platform.now(),
+        taken: (arrival) => this.take(arrival),
+        refused: (why) => this.log.say('warn', `An operator was refused: ${why}`),
+      },
+      this.socket,
+    )
     this.socket.onMessage((message) => this.signaled(message))
     this.socket.onRefused((code) => this.view.show({ refusal: code, server: 'offline' }))
     this.socket.state.subscribe(() => this.serverChanged())
@@ -100,8 +104,8 @@ export class PageRobot implements Site {
   stop(): void {
     if (!this.isRunning) return
     this.isRunning = false
-    for (const peerId of [...this.arriving.keys()]) this.turnAway(peerId)
-    for (const peer of [...this.peers.values()]) peer.close('peer.shutdown')
+    this.reception.turnAllAway()
+    this.peers.closeAll('peer.shutdown')
     this.socket.send('status.update', { status: RobotStatus.DISCONNECTED })
     this.socket.stop()
   }
@@ -124,7 +128,7 @@ export class PageRobot implements Site {
   }
 
   peerGreeted(peer: RobotPeer): void {
-    this.tellPeers()
+    this.peers.tellPeers()
     peer.send('stop.state', this.latch.state)
     const talking = this.speaker?.talking
     if (talking != null) peer.send('media.talking', this.talkingWord(talking))
@@ -134,12 +138,12 @@ export class PageRobot implements Site {
 
   peerEnded(peer: RobotPeer, code: string, message: string): void {
     this.peers.delete(peer.id)
-    this.admission.leave(peer.id)
+    this.reception.left(peer.id)
     // Whoever was told by a bye forgets the connection; the server does, too.
     this.socket.send('signaling.close_peer_connection', message === '' ? { rtcConnectionId: peer.id, code } : { rtcConnectionId: peer.id, code, message })
     this.log.say('info', `${nameOf(peer)} has left (${code})`)
     this.tellStatus()
-    this.tellPeers()
+    this.peers.tellPeers()
     this.showViewers()
   }
 
@@ -184,110 +188,60 @@ export class PageRobot implements Site {
   }
 
   private tellStatus(): void {
-    this.socket.send('status.update', { status: this.admission.isFull ? RobotStatus.RTC_CONNECTED : RobotStatus.READY_TO_CONNECT })
+    this.socket.send('status.update', { status: this.reception.isFull ? RobotStatus.RTC_CONNECTED : RobotStatus.READY_TO_CONNECT })
   }
 
   private signaled(message: SignalingMessage): void {
     switch (message.type) {
       case 'session.welcome':
-        this.keys = message.data.keys
-        this.iceServers = message.data.iceServers
-        return
+        return this.reception.welcomed(message.data)
       case 'signaling.prepare_connection':
-        return this.admission.prepare(message.data, this.platform.now())
+        return this.reception.prepare(message.data)
       case 'signaling.send_sdp_offer':
-        return this.offered(message.data)
+        return this.reception.offered(message.data)
       case 'signaling.exchange_ice_candidate': {
         const { rtcConnectionId: peerId, iceCandidate } = message.data
-        if (!this.admission.candidate(peerId, iceCandidate)) return
-        this.arriving.get(peerId)?.push(iceCandidate)
-        return this.peers.get(peerId)?.addCandidate(iceCandidate)
+        if (this.reception.candidate(peerId, iceCandidate)) this.peers.get(peerId)?.addCandidate(iceCandidate)
+        return
       }
       case 'signaling.close_peer_connection':
-        this.turnAway(message.data.rtcConnectionId)
+        this.reception.turnAway(message.data.rtcConnectionId)
         return this.peers.get(message.data.rtcConnectionId)?.close(message.data.code ?? 'peer.closed')
       default:
         return
     }
   }
 
-  private offered(offer: SdpOffer): void {
-    const decision = this.admission.decide(offer, this.iceServers, this.platform.now())
-    if (decision.type === 'ignore') return
-    if (decision.type === 'refuse') return this.refuse(offer, decision.code, decision.message)
-    void this.take(offer, decision.prepared, decision.iceServers)
-  }
-
-  private async take(offer: SdpOffer, prepared: Prepared | null, iceServers: readonly IceServer[]): Promise<void> {
+  private take({ offer, identity, iceServers, candidates }: Arrival): void {
     const peerId = offer.rtcConnectionId
-    const candidates = [...(prepared?.candidates ?? [])]
-    this.arriving.set(peerId, candidates)
-    try {
-      const identity = await this.identityOf(prepared)
-      // Gone meanwhile, or this robot is.
-      if (!this.arriving.delete(peerId)) return
-      const peer = new RobotPeer(peerId, identity, this, iceServers, {
-        answer: (sdpAnswer) => this.socket.send('signaling.send_sdp_answer', { rtcConnectionId: peerId, sdpAnswer }),
-        candidate: (iceCandidate) => this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId: peerId, iceCandidate }),
-      })
-      this.peers.set(peerId, peer)
-      this.tellStatus()
-      peer.begin(offer, candidates)
-    } catch (error) {
-      if (!(error instanceof BadTicket)) throw error
-      this.turnAway(peerId)
-      this.log.say('warn', `An operator was refused: ${error.message}`)
-      this.refuse(offer, 'auth.bad_ticket', error.message)
-    }
-  }
-
-  private turnAway(peerId: string): void {
-    if (this.arriving.delete(peerId)) this.admission.leave(peerId)
-  }
-
-  private async identityOf(prepared: Prepared | null): Promise<Identity> {
-    if (prepared === null) throw new BadTicket('the offer came without a ticket')
-    const { credentials, verify } = this.options
-    return identityOf({ robotId: credentials.robotId, prepared: prepared.word, keys: this.keys, wallS: wallClockMs() / 1000, verify })
-  }
-
-  private refuse({ rtcConnectionId }: SdpOffer, code: string, message: string): void {
-    this.socket.send('signaling.close_peer_connection', { rtcConnectionId, code, message })
+    const peer = new RobotPeer(peerId, identity, this, iceServers, {
+      answer: (sdpAnswer) => this.socket.send('signaling.send_sdp_answer', { rtcConnectionId: peerId, sdpAnswer }),
+      candidate: (iceCandidate) => this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId: peerId, iceCandidate }),
+    })
+    this.peers.add(peer)
+    this.tellStatus()
+    peer.begin(offer, candidates)
   }
 
   private stopChanged(by: RobotPeer): void {
     const { state } = this.latch
-    for (const peer of this.open()) peer.send('stop.state', state)
+    this.peers.tell('stop.state', state)
     this.log.say('warn', state.isStopped ? `${nameOf(by)} said stop: the loudspeaker is silent` : `${nameOf(by)} cleared the stop`)
     this.view.show({ isStopped: state.isStopped })
   }
 
   private talkerChanged(peerId: string | null): void {
-    for (const peer of this.open()) peer.send('media.talking', this.talkingWord(peerId))
+    this.peers.tell('media.talking', this.talkingWord(peerId))
   }
 
-  private talkingWord(peerId: string | null): { label: string; peerId?: string; name: string } {
+  private talkingWord(peerId: string | null): ControlMessages['media.talking'] {
     const label = this.speaker?.entry.label ?? ''
     const name = this.peers.get(peerId ?? '')?.identity.name ?? ''
     return peerId === null ? { label, name: '' } : { label, peerId, name }
   }
 
-  private tellPeers(): void {
-    const open = this.open()
-    const peers = open.map(({ info }) => info)
-    for (const peer of open) peer.send('peers', { you: peer.id, peers })
-  }
-
-  private open(): RobotPeer[] {
-    return [...this.peers.values()].filter(({ isOpen }) => isOpen)
-  }
-
   private showViewers(): void {
-    this.view.show({
-      viewers: this.open().map(({ id, identity, watched }) => {
-        return { id, name: identity.name, role: identity.role, isVerified: identity.isVerified, labels: watched }
-      }),
-    })
+    this.view.show({ viewers: this.peers.viewers() })
   }
 }
 

@@ -1,4 +1,5 @@
 export type { DataConnector, TrackConnector } from './connectors/Connector'
+export { browserPictureTimes } from './media/pictureTimes'
 export { PageRobot, type PageRobotOptions, type RobotCredentials } from './PageRobot'
 export type { PageRobotState, Viewer } from './RobotView'
 export { audioPlayer } from './sensors/audioPlayer'

@@ -2,6 +2,7 @@ import { wallClockMs } from '@mosaic/client/parts'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { dataEntry } from '../src/connectors/catalogue'
 import type { DataTeller } from '../src/connectors/Connector'
+import type { PictureLine, PictureOrigin } from '../src/media/pictureTimes'
 import { PageRobot } from '../src/PageRobot'
 import { FakeCamera, RobotPlatform, settled } from './fakes'
 import type { FakeDataChannel } from '../../client/test/fakes'
@@ -15,12 +16,14 @@ let platform: RobotPlatform
 let camera: FakeCamera
 let teller: DataTeller | null
 let robot: PageRobot
+const timed = new Map<PictureLine, (origin: PictureOrigin) => void>()
 
 beforeEach(() => {
   vi.useFakeTimers()
   platform = new RobotPlatform()
   camera = new FakeCamera()
   teller = null
+  timed.clear()
   const battery = {
     entry: dataEntry('battery', 'BatteryState', 'latest'),
     start: (given: DataTeller) => {
@@ -36,6 +39,10 @@ beforeEach(() => {
     tracks: [camera],
     play: null,
     verify: null,
+    pictureTimes: (line, told) => {
+      timed.set(line, told)
+      return () => timed.delete(line)
+    },
   })
 })
 
@@ -130,6 +137,22 @@ test('the camera is on while somebody watches, and the page says who', async () 
   control.control('media.watch', { label: 'camera', on: false })
   expect(track.isStopped).toBe(true)
   expect(robot.state.get().captured).toEqual({})
+})
+
+test('how the timestamps of its pictures are read is told to whom they go, until they leave', async () => {
+  signIn()
+  platform.offered = ['video', 'audio']
+  const control = await operator('Ada')
+  const [line] = platform.answering.lines
+  expect([...timed.keys()]).toEqual([line?.sender])
+  timed.get(line?.sender as unknown as PictureLine)?.({ ssrc: 7, rtpOrigin: 9 })
+  expect(heard(control, 'media.origin')).toEqual([{ label: 'camera', ssrc: 7, rtpOrigin: 9, bootId: robot.bootId }])
+  expect(heard(control, 'hello')[0]).toMatchObject({ extensions: { mediaOrigin: 1 } })
+  control.control('renegotiate.offer', { attempt: 1, sdp: 'again', tracks: { '0': 'camera' } })
+  await settled()
+  expect(timed.size).toBe(1)
+  control.control('bye', { code: 'peer.closed' })
+  expect(timed.size).toBe(0)
 })
 
 test('what it does not have, and what it may not film, is said', async () => {

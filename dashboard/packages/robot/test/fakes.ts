@@ -7,6 +7,10 @@ import type { Identity } from '../src/signaling/tickets'
 
 export class FakeTrack {
   onended: (() => void) | null = null
+  onmute: (() => void) | null = null
+  onunmute: (() => void) | null = null
+  muted = false
+  readyState = 'live'
   isStopped = false
   contentHint = ''
   stop(): void {

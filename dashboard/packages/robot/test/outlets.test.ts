@@ -76,6 +76,51 @@ test('why there is no picture is told, and it is tried again when the page is lo
   expect(camera.isAsked).toBe(false)
 })
 
+test('a camera that the system holds back is told, and is opened anew if it still gives nothing when the page is looked at', async () => {
+  const camera = new FakeCamera()
+  const { films, changed } = outlet(camera)
+  const ada = watcher()
+  films.watch(ada)
+  const first = await camera.opens()
+  first.muted = true
+  first.onmute?.()
+  expect(ada.unavailable).toHaveBeenCalledWith(expect.stringContaining('locked screen'))
+  // Its light may be on: the page doesn't say that it is off.
+  expect(changed).toHaveBeenLastCalledWith('camera', first, expect.stringContaining('locked screen'))
+  films.reopen()
+  const second = await camera.opens()
+  expect(first.isStopped).toBe(true)
+  expect(ada.sender.replaceTrack.mock.lastCall).toEqual([second])
+  expect(changed).toHaveBeenLastCalledWith('camera', second, '')
+})
+
+test('a camera that goes on by itself is left alone', async () => {
+  const camera = new FakeCamera()
+  const { films, changed } = outlet(camera)
+  films.watch(watcher())
+  const track = await camera.opens()
+  track.muted = true
+  track.onmute?.()
+  track.muted = false
+  track.onunmute?.()
+  expect(changed).toHaveBeenLastCalledWith('camera', track, '')
+  films.reopen()
+  expect(camera.isAsked).toBe(false)
+  expect(track.isStopped).toBe(false)
+})
+
+test('a camera that ended without a word, as in a page that stood still, is opened anew', async () => {
+  const camera = new FakeCamera()
+  const { films } = outlet(camera)
+  const ada = watcher()
+  films.watch(ada)
+  const first = await camera.opens()
+  first.readyState = 'ended'
+  films.reopen()
+  const second = await camera.opens()
+  expect(ada.sender.replaceTrack.mock.lastCall).toEqual([second])
+})
+
 test('another camera takes over for whoever watches', async () => {
   const [back, front] = [new FakeCamera(), new FakeCamera()]
   const { films } = outlet(back)

@@ -55,7 +55,7 @@ def state_label(catalogue: Catalogue | None, wanted: str) -> str:
     if it is not clear which."""
     if wanted or catalogue is None:
         return wanted
-    found = [one.label for one in catalogue.apart() if JointState.schema_id in (one.schema_id, one.sent_schema_id)]
+    found = [one.label for one in catalogue.entries if JointState.schema_id in (one.schema_id, one.sent_schema_id)]
     if len(found) == 1:
         return found[0]
     raise wrong_way("--state", f"must name where the joints are; there are: {', '.join(found) or 'none'}")

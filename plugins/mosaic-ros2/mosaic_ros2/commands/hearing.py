@@ -16,7 +16,7 @@ from mosaic_ros2.bus.silence import NOTHING_CURE, why_other_type, why_silent
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.connectors.params import own_distribution, own_domain
-from mosaic_ros2.conversion.from_ros import CONVERSIONS
+from mosaic_ros2.conversion.conversions import CONVERSIONS
 from mosaic_ros2.conversion.json_form import plain
 from mosaic_ros2.definitions.definition import DefinitionError, full_name
 

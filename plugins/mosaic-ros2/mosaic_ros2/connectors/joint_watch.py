@@ -13,7 +13,7 @@ from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.conversion.to_ros import positions_in
+from mosaic_ros2.conversion.joints import positions_in
 
 _log = logging.getLogger(__name__)
 

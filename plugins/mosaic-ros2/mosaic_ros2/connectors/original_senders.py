@@ -11,7 +11,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.messages import GpsFix, Pose, wall_time_us
 from mosaic_ros2.connectors.params import Ros2Params
 from mosaic_ros2.connectors.topic import Ros2TopicParams, RosTopic, topic_class
-from mosaic_ros2.conversion.from_ros import CONVERSIONS, Conversion
+from mosaic_ros2.conversion.conversions import CONVERSIONS, Conversion
 from mosaic_ros2.conversion.parts import Ros, headed, pose
 
 

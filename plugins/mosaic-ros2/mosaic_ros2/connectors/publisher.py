@@ -1,7 +1,7 @@
 """The ``ros2-publisher`` connector: operators' messages to a topic, within the robot's limits.
 
-A Twist, a JointTrajectory, or any other type as JSON. Silence, a lost operator and a stop publish what makes the robot
-safe: a standstill, the joints where they are, or ``safe_message``.
+A Twist, a JointTrajectory, another standard message, or any other type as JSON. Silence, a lost operator and a stop
+publish what makes the robot safe: a standstill, the joints where they are, or ``safe_message``.
 """
 
 from __future__ import annotations
@@ -18,9 +18,16 @@ from mosaic_ros2.bus.qos import PROFILES, QosChoice, QosProfile
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.params import Ros2Params, RosName, TypeName
-from mosaic_ros2.connectors.publishing import RosPublisher, TwistPublisher, json_publisher
+from mosaic_ros2.connectors.publishing import (
+    JsonPublisher,
+    RosPublisher,
+    TwistPublisher,
+    json_publisher,
+    standard_publisher,
+)
 from mosaic_ros2.connectors.safety import OriginalTwistSafety, PublisherSafety
 from mosaic_ros2.connectors.trajectory import TRAJECTORY, trajectory_publisher
+from mosaic_ros2.conversion.conversions import CONVERSIONS
 from mosaic_ros2.conversion.json_form import model_of
 
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
@@ -30,7 +37,7 @@ class Ros2PublisherParams(Ros2Params):
     topic: RosName = Field(description="Its name, like /cmd_vel.")
     type: TypeName = Field(description="Its type, like geometry_msgs/msg/Twist.")
     qos: QosChoice = Field(default="auto", description="auto and reliable: reliable; sensor: best effort; latched.")
-    frame_id: str = Field(default="", max_length=128, description="Frame in the header of a TwistStamped.")
+    frame_id: str = Field(default="", max_length=128, description="Frame in the header, where the message names none.")
     joints: tuple[FieldPath, ...] = Field(
         default=(), max_length=64, description="JointTrajectory: commands name each of these, and limits hold for each."
     )
@@ -61,7 +68,7 @@ def mistake(message: str, cure: str) -> ConfigError:
 
 
 class Ros2PublisherConfigurer(DataChannelConfigurer[Ros2PublisherParams]):
-    """Operators' messages to a ROS 2 topic: velocities with limits, or any type as JSON."""
+    """Operators' messages to a ROS 2 topic: standard messages, velocities with limits, or any type as JSON."""
 
     connector_type = "ros2-publisher"
     safety_model = PublisherSafety
@@ -80,13 +87,24 @@ class Ros2PublisherConfigurer(DataChannelConfigurer[Ros2PublisherParams]):
         if params.type == TRAJECTORY:
             watch = self.shared.get(f"{key}:joints", lambda: JointWatch(shared, params.joint_states))
             return trajectory_publisher(params.joints)(self.label, publication, encoder, watch, params.reach_s)
-        handler = json_publisher(model_of(shared.book, params.type, is_command=True), params.motion_fields)
+        handler = self._standard() or json_publisher(
+            model_of(shared.book, params.type, is_command=True), params.motion_fields
+        )
         safe = {} if params.motion_fields and params.safe_message is None else params.safe_message
         if safe is not None:
             encoder.encode(safe)  # a mistake in it is told before the robot starts
         elif safety.timeout_s is not None:
             raise mistake("after timeout_s nothing could be published", "write `safe_message`, {} for all zeros")
         return handler(self.label, publication, encoder, safe)
+
+    def _standard(self) -> type[JsonPublisher[Any]] | None:
+        """The class of a type that is a standard message; ``None``: it is none."""
+        kind = CONVERSIONS.get(self.params.type)
+        if kind is None or kind.fields is None:
+            return None
+        if self.params.motion_fields:
+            raise mistake(f"a {kind.message.__name__} says itself what moves", "leave `motion_fields` out")
+        return standard_publisher(kind, kind.fields, self.params.frame_id)
 
     def _twist(self, publication: KeptPublication, encoder: Encoder, safety: PublisherSafety) -> TwistPublisher:
         if not safety.names_speeds():

@@ -13,8 +13,10 @@ from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.safety import BASE_TIMEOUT_S
+from mosaic_ros2.conversion.conversions import Conversion, ToRos
 from mosaic_ros2.conversion.json_form import fields_of
-from mosaic_ros2.conversion.to_ros import header, ros_twist
+from mosaic_ros2.conversion.parts import Origin, ros_twist
+from mosaic_ros2.conversion.places import twist_stamped
 
 T = TypeVar("T")
 
@@ -72,7 +74,7 @@ class TwistPublisher(RosPublisher[Twist]):
     def fields(self, data: Twist) -> Mapping[str, Any]:
         if self._frame_id is None:
             return ros_twist(data)
-        return {"header": header(self._frame_id), "twist": ros_twist(data)}
+        return twist_stamped(data, Origin.now(self._frame_id))
 
     def safe_fields(self) -> Mapping[str, Any]:
         return self.fields(STANDSTILL)
@@ -96,13 +98,32 @@ class JsonPublisher(RosPublisher[T], Generic[T]):
         return self._safe
 
 
+class StandardPublisher(JsonPublisher[T], Generic[T]):
+    """Publishes standard messages as the type of ROS that holds the same."""
+
+    to_ros: ClassVar[ToRos]
+    frame_id: ClassVar[str]
+
+    def fields(self, data: T) -> Mapping[str, Any]:
+        return type(self).to_ros(data, Origin.now(self.frame_id))
+
+
 def json_publisher(message: Any, motion_fields: tuple[str, ...]) -> type[JsonPublisher[Any]]:
     """A handler class of this message; one that moves something needs the lease."""
-    content: dict[str, Any] = {"__module__": __name__, "motion_fields": motion_fields}
+    content: dict[str, Any] = {"motion_fields": motion_fields}
     if motion_fields:
         content |= {"requires_lease": True, "timeout_s": BASE_TIMEOUT_S, "delivery": Delivery.LATEST}
-    base: Any = JsonPublisher[message]
-    made: type[JsonPublisher[Any]] = types.new_class(
-        "JsonPublisherOfType", (base,), {}, lambda own: own.update(content)
-    )
-    return made
+    return _class_of(JsonPublisher[message], content)
+
+
+def standard_publisher(kind: Conversion, to_ros: ToRos, frame_id: str) -> type[JsonPublisher[Any]]:
+    """A handler class of this standard message, which says itself what moves. ``frame_id``: of a message that names
+    none; empty: the one that it means."""
+    moves = bool(kind.message.motion_kinds)
+    content = {"to_ros": staticmethod(to_ros), "frame_id": frame_id or kind.frame_id, "requires_lease": moves}
+    base: Any = StandardPublisher
+    return _class_of(base[kind.message], content)
+
+
+def _class_of(base: Any, content: Mapping[str, Any]) -> Any:
+    return types.new_class("PublisherOfType", (base,), {}, lambda own: own.update(__module__=__name__, **content))

@@ -22,7 +22,7 @@ from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.connectors.listening import TopicListener
 from mosaic_ros2.connectors.params import ReadsTopicParams, TypeName
 from mosaic_ros2.connectors.thinning import KeyedThinning
-from mosaic_ros2.conversion.from_ros import CONVERSIONS, Conversion
+from mosaic_ros2.conversion.conversions import CONVERSIONS, Conversion
 from mosaic_ros2.conversion.json_form import model_of, plain
 from mosaic_ros2.definitions.definition import DefinitionError
 

@@ -19,7 +19,7 @@ from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.publishing import RosPublisher
-from mosaic_ros2.conversion.to_ros import ros_trajectory
+from mosaic_ros2.conversion.joints import trajectory
 
 T = TypeVar("T")
 
@@ -51,7 +51,7 @@ class TrajectoryPublisher(RosPublisher[T], Generic[T]):
     def fields(self, data: T) -> Mapping[str, Any]:
         target = self.target(data)
         self._moved = tuple(dict.fromkeys((*self._moved, *target.names)))
-        return ros_trajectory(target, self._reach_s)
+        return trajectory(target, self._reach_s)
 
     def safe_fields(self) -> Mapping[str, Any]:
         """Every joint that was moved stays where it is. Where that is not known, a trajectory without points: it ends
@@ -60,7 +60,7 @@ class TrajectoryPublisher(RosPublisher[T], Generic[T]):
         held = {name: known[name] for name in self._moved if name in known}
         if len(held) < len(self._moved) or not held:
             return {"joint_names": list(self._moved), "points": []}
-        return ros_trajectory(JointTarget(names=list(held), positions=list(held.values())), HOLD_S)
+        return trajectory(JointTarget(names=list(held), positions=list(held.values())), HOLD_S)
 
     def reported_position(self, field: str) -> float | None:
         return self._watch.positions().get(field)

@@ -1,4 +1,4 @@
-"""Converts what sensors of ROS measure. REP-117: an infinity is no return, NaN no measurement."""
+"""Converts what sensors measure, both ways. REP-117: an infinity is no return, NaN no measurement."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from mosaic_core.messages import (
     BatteryState,
     GpsFix,
     Imu,
-    JointState,
     Joy,
     LaserScan,
     LinearAcceleration,
@@ -21,20 +20,38 @@ from mosaic_core.messages import (
     Temperature,
 )
 from mosaic_core.messages.sensors import MAX_AXES, MAX_BUTTONS
-from mosaic_ros2.conversion.parts import Ros, finite, headed, quaternion
+from mosaic_ros2.conversion.parts import (
+    Origin,
+    Ros,
+    finite,
+    headed,
+    quaternion,
+    ros_header,
+    ros_quaternion,
+    ros_vector,
+    unknown_as_nan,
+)
 
 _CHARGING = {1: True, 2: False, 3: False, 4: False}
 _FIXES = {-2: None, -1: "none", 0: "gps", 1: "dgps", 2: "dgps"}
 """sensor_msgs/NavSatStatus; satellite- and ground-based augmentation are both differential."""
+_NO_FIX, _FIX = -1, 0
+_AUGMENTED = {"dgps": 1, "rtk": 2, "float-rtk": 2}
+"""Differential positions come from satellites mostly, those of RTK from the ground."""
+_APPROXIMATED = 1
+_VERTICAL = 4.0
+"""How many times the horizontal variance the vertical one is, as receivers commonly have it."""
 _TWO_SIGMA = 2.45
 """A circle that holds 95 % of a normal distribution has this radius, in standard deviations of one axis."""
 _RADIATION: tuple[Literal["ultrasound", "infrared"], ...] = ("ultrasound", "infrared")
+_RADIATION_NUMBERS = {"ultrasound": 0, "infrared": 1, "laser": 1, None: 255}
+"""ROS knows sound and light; what is neither has a number that means nothing."""
 _LONGEST_M = 1e6
+_SCAN_NUMBERS = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min")
 
 
 def scan(message: Ros) -> Iterable[LaserScan]:
     """One turn of a planar scanner."""
-    names = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min")
     ranges, range_max = message["ranges"], float(message["range_max"])
     intensities = message["intensities"]
     with np.errstate(invalid="ignore"):
@@ -42,12 +59,28 @@ def scan(message: Ros) -> Iterable[LaserScan]:
     # Millimetres: what lies below is noise, and would double the text.
     rounded = np.round(ranges.astype(np.float64), 3).tolist()
     yield LaserScan(
-        **{name: message[name] for name in names},
+        **{name: message[name] for name in _SCAN_NUMBERS},
         range_max=min(range_max, _LONGEST_M),
         ranges=[one if taken else None for one, taken in zip(rounded, is_return.tolist(), strict=True)],
         intensities=np.nan_to_num(intensities).tolist() if len(intensities) == len(ranges) else [],
         **headed(message),
     )
+
+
+def scan_fields(message: LaserScan, origin: Origin) -> Ros:
+    """A ``sensor_msgs/LaserScan``: infinity where nothing came back."""
+    return {
+        "header": ros_header(origin, message),
+        **{name: getattr(message, name) for name in (*_SCAN_NUMBERS, "range_max")},
+        "ranges": _floats([math.inf if one is None else one for one in message.ranges]),
+        "intensities": _floats(message.intensities),
+    }
+
+
+def _floats(values: list[float]) -> Any:
+    """Single precision; what it can't hold becomes an infinity."""
+    with np.errstate(over="ignore"):
+        return np.array(values, np.float64).astype(np.float32)
 
 
 def distance(message: Ros) -> Iterable[Range]:
@@ -63,15 +96,37 @@ def distance(message: Ros) -> Iterable[Range]:
     )
 
 
+def distance_fields(message: Range, origin: Origin) -> Ros:
+    """A ``sensor_msgs/Range``."""
+    return {
+        "header": ros_header(origin, message),
+        "radiation_type": _RADIATION_NUMBERS.get(message.radiation, _RADIATION_NUMBERS[None]),
+        "field_of_view": message.field_of_view or 0.0,
+        "min_range": message.range_min,
+        "max_range": message.range_max,
+        "range": math.inf if message.range is None else message.range,
+    }
+
+
 def stick(message: Ros) -> Iterable[Joy]:
     """How a joystick stands; what more axes and buttons it says than there may be is left out."""
     axes = np.round(np.nan_to_num(message["axes"][:MAX_AXES].astype(np.float64)), 4)
     yield Joy(axes=axes.tolist(), buttons=message["buttons"][:MAX_BUTTONS].tolist(), **headed(message))
 
 
+def stick_fields(message: Joy, origin: Origin) -> Ros:
+    """A ``sensor_msgs/Joy``."""
+    return {"header": ros_header(origin, message), "axes": message.axes, "buttons": message.buttons}
+
+
 def temperature(message: Ros) -> Iterable[Temperature]:
     """A temperature in degrees Celsius."""
     yield Temperature(temperature_c=message["temperature"], timestamp=headed(message)["timestamp"])
+
+
+def temperature_fields(message: Temperature, origin: Origin) -> Ros:
+    """A ``sensor_msgs/Temperature``."""
+    return {"header": ros_header(origin, message), "temperature": message.temperature_c}
 
 
 def battery(message: Ros) -> Iterable[BatteryState]:
@@ -88,6 +143,21 @@ def battery(message: Ros) -> Iterable[BatteryState]:
     )
 
 
+def battery_fields(message: BatteryState, origin: Origin) -> Ros:
+    """A ``sensor_msgs/BatteryState``: NaN for what is not measured."""
+    status = {True: 1, False: 2, None: 0}[message.charging]
+    return {
+        "header": ros_header(origin, message),
+        "voltage": unknown_as_nan(message.voltage_v),
+        "temperature": unknown_as_nan(message.temperature_c),
+        "current": math.nan if message.current_a is None else -message.current_a,
+        **dict.fromkeys(("charge", "capacity", "design_capacity"), math.nan),
+        "percentage": math.nan if message.percent is None else message.percent / 100,
+        "power_supply_status": status,
+        "present": True,
+    }
+
+
 def imu(message: Ros) -> Iterable[Imu]:
     """A covariance that begins with -1 says that there is no such measurement."""
     has_orientation = message["orientation_covariance"][0] != -1
@@ -100,20 +170,17 @@ def imu(message: Ros) -> Iterable[Imu]:
     )
 
 
-def joints(message: Ros) -> Iterable[JointState]:
-    """A list that has not one finite value for each name is not known."""
-    names = message["name"]
-
-    def known(values: Any) -> list[float]:
-        return values.tolist() if len(values) == len(names) and np.isfinite(values).all() else []
-
-    yield JointState(
-        names=names,
-        positions=known(message["position"]),
-        velocities=known(message["velocity"]),
-        efforts=known(message["effort"]),
-        timestamp=headed(message)["timestamp"],
-    )
+def imu_fields(message: Imu, origin: Origin) -> Ros:
+    """A ``sensor_msgs/Imu``: an orientation that nobody estimates has the covariance -1."""
+    attitude: dict[str, Any] = {"orientation_covariance": [-1.0, *[0.0] * 8]}
+    if message.orientation is not None:
+        attitude = {"orientation": ros_quaternion(message.orientation)}
+    return {
+        "header": ros_header(origin, message),
+        **attitude,
+        "angular_velocity": ros_vector(message.angular_velocity),
+        "linear_acceleration": ros_vector(message.linear_acceleration),
+    }
 
 
 def fix(message: Ros) -> Iterable[GpsFix]:
@@ -131,3 +198,22 @@ def fix(message: Ros) -> Iterable[GpsFix]:
         accuracy_m=_TWO_SIGMA * math.sqrt(spread) if is_place and is_known else None,
         timestamp=headed(message)["timestamp"],
     )
+
+
+def fix_fields(message: GpsFix, origin: Origin) -> Ros:
+    """A ``sensor_msgs/NavSatFix``: NaN where no place is known."""
+    is_place = message.latitude is not None and message.fix != "none"
+    covariance: dict[str, Any] = {}
+    if message.accuracy_m is not None:
+        variance = (message.accuracy_m / _TWO_SIGMA) ** 2
+        diagonal = (variance, variance, _VERTICAL * variance)
+        covariance = {
+            "position_covariance": np.diag(diagonal).reshape(-1),
+            "position_covariance_type": _APPROXIMATED,
+        }
+    return {
+        "header": ros_header(origin, message),
+        "status": {"status": _AUGMENTED.get(message.fix or "", _FIX) if is_place else _NO_FIX},
+        **{name: unknown_as_nan(getattr(message, name)) for name in ("latitude", "longitude", "altitude")},
+        **covariance,
+    }

@@ -1,4 +1,4 @@
-"""Holds the definitions that this distribution brings: two text files beside this module, one message a line."""
+"""Holds the definitions that this distribution brings: text files beside this module, one message a line."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from importlib.resources import files
 from mosaic_ros2.definitions.definition import Definition, Field
 from mosaic_ros2.definitions.msg_text import action_messages, field_type
 
-_FILES = ("common_interfaces.txt", "services_and_actions.txt")
-
+_FILES = ("common_interfaces.txt", "further_messages.txt", "services_and_actions.txt")
 
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted")
 """The distributions of ROS that are known, the oldest first."""

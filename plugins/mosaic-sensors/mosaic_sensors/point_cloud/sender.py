@@ -69,8 +69,9 @@ class PointCloudSender(DataChannelSendable[bytes]):
         self._lock = threading.Lock()
 
     def clouds(self) -> Iterable[Any]:
-        """Yield arrays as :func:`~mosaic_sensors.point_cloud.cloud.cloud_of` takes them, or its clouds. Runs on a
-        thread of its own, only while somebody watches."""
+        """Yield arrays as :func:`~mosaic_sensors.point_cloud.cloud.cloud_of` takes them, its clouds, or functions that
+        make one of both, called only for a cloud whose turn it is. Runs on a thread of its own, only while somebody
+        watches."""
         return ()
 
     def handlers(self) -> Sequence[Handler]:
@@ -107,7 +108,8 @@ class PointCloudSender(DataChannelSendable[bytes]):
             for item in stream:
                 if not self._is_due():
                     continue
-                data = self._made(item if isinstance(item, PointCloud) else cloud_of(item))
+                made = item() if callable(item) else item
+                data = self._made(made if isinstance(made, PointCloud) else cloud_of(made))
                 if data is not None:
                     yield data
 

@@ -76,6 +76,19 @@ def test_params_thin_crop_and_round() -> None:
     assert len(decoded(collect(depth(max_points=7)[0], 1)[0])) == 7
 
 
+def test_a_cloud_that_comes_before_its_turn_is_not_even_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[float] = []
+    sender, _ = depth(max_rate_hz=2)
+
+    def clouds() -> Iterator[Any]:
+        for _ in sender.every(0.1):
+            yield lambda: made.append(sender.monotonic_s()) or LINE
+
+    monkeypatch.setattr(sender, "clouds", clouds)
+    assert len(collect(sender, 5)) == len(made) == 5
+    assert fake_host(sender).losses["thinned"] >= 12
+
+
 def test_clouds_beyond_the_rate_are_left_out_and_a_jittering_source_is_not_halved() -> None:
     sender, _ = depth(max_rate_hz=2)
     collect(sender, 5)

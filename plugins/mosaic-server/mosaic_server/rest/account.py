@@ -15,7 +15,7 @@ from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, 
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import EMAIL, NAME, NO_NUL
 from mosaic_server.security.address_prefix import counted_address
-from mosaic_server.security.one_time_codes import OneTimeLogin
+from mosaic_server.security.one_time_codes import LIFETIME_S, OneTimeLogin
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import (
@@ -52,6 +52,10 @@ class AccessToken(WireModel):
 
 class OneTimeCode(WireModel):
     code: str = Field(max_length=200, repr=False)
+
+
+class IssuedCode(OneTimeCode):
+    expires_in_s: float = Field(description="For so long it signs in, unless it did.")
 
 
 class Signup(WireModel):
@@ -98,11 +102,12 @@ async def log_in_with_code(code: OneTimeCode, request: Request, services: Servic
 
 
 @router.post("/one-time-code")
-async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[OneTimeCode]:
+async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[IssuedCode]:
     """A code that signs this account in somewhere else, once and within a minute: put it behind ``/#code=``, or give it
     to ``--code``."""
     login = OneTimeLogin(person.id, person.login_version)
-    return Envelope(resultData=OneTimeCode(code=services.codes.issue(login, time.monotonic())))
+    code = services.codes.issue(login, time.monotonic())
+    return Envelope(resultData=IssuedCode(code=code, expires_in_s=LIFETIME_S))
 
 
 @router.post("/signup")

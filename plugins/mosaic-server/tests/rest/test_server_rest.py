@@ -19,6 +19,7 @@ from sqlalchemy.orm import Session
 
 from mosaic_core.words.ice import IceServer
 from mosaic_server.security.login_limits import PER_EMAIL_AND_ADDRESS
+from mosaic_server.security.one_time_codes import LIFETIME_S
 from mosaic_server.storage.accounts import add_account
 from mosaic_server.storage.ice_servers import add_ice_server
 from mosaic_server.storage.tables import Account, RobotRow
@@ -75,7 +76,9 @@ def test_without_a_valid_token_nothing_is_told(server: Any, header: str | None) 
 
 def test_a_one_time_code_works_once(server: Any) -> None:
     server.account()
-    code = server.post("/api/v1/account/one-time-code", server.log_in()).json()["resultData"]["code"]
+    issued = server.post("/api/v1/account/one-time-code", server.log_in()).json()["resultData"]
+    assert issued["expiresInS"] == LIFETIME_S
+    code = issued["code"]
     first = server.http.post("/api/v1/account/login/one-time", json={"code": code})
     assert server.get("/api/v1/users/me", first.json()["resultData"]["accessToken"]).status_code == 200
     again = server.http.post("/api/v1/account/login/one-time", json={"code": code})

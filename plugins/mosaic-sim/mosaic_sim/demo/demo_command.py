@@ -69,13 +69,17 @@ def _check(running: RunningDemo, as_json: bool) -> int:
 
 def _present(running: RunningDemo, *, opens: bool, as_json: bool) -> None:
     """Open the browser signed in, or say how to sign in. The code is shown only where no browser took it."""
-    page = running.robot_page(running.server.one_time_code())
+    code, expires_at = running.server.one_time_code()
+    page = running.robot_page(code)
     if as_json:
         seed = running.seed
-        facts = {"url": running.url, "page": page, "email": seed.email, "password": seed.password}
+        facts = {"url": running.url, "page": page, "pageExpiresAt": expires_at.isoformat(timespec="seconds")}
+        account = {"email": seed.email, "password": seed.password}
         pids = {"server": running.server.child.pid, "robot": running.robot.pid}
         brought = [asdict(one) for one in running.own]
-        typer.echo(json.dumps({"ok": True, **facts, "robotId": seed.robot_id, "pids": pids, "with": brought}))
+        typer.echo(
+            json.dumps({"ok": True, **facts, **account, "robotId": seed.robot_id, "pids": pids, "with": brought})
+        )
         return
     is_opened = opens and browser.opened(page)
     greet(Console(), running, running.robot_page() if is_opened else page, is_opened=is_opened)

@@ -15,7 +15,7 @@ from rich.table import Table
 from mosaic_sim.demo.checks import Result
 from mosaic_sim.demo.demo_robot import YARD
 from mosaic_sim.demo.errors import DemoFailed
-from mosaic_sim.demo.own_checks import UNPROVEN
+from mosaic_sim.demo.own_checks import UNPROVEN, is_of
 from mosaic_sim.demo.supervisor import RunningDemo
 
 PATIENCE_S = 90.0
@@ -59,14 +59,14 @@ def failures_in(log: str, labels: Iterable[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for match in _FAILURE.finditer(log):
         for label in labels:
-            if match["label"] == label or match["label"].startswith(f"{label}_"):
+            if is_of(match["label"], label):
                 found[label] = match["why"]
     return found
 
 
 def with_cause(result: Result, cause: str) -> Result:
     """A device that is missing fails the check of what only takes messages, too; what has arrived is proof enough."""
-    if not cause or (result.is_ok and result.detail not in UNPROVEN):
+    if not cause or (result.is_ok and UNPROVEN.isdisjoint(result.detail.split(", "))):
         return result
     return Result(result.name, False, cause)
 

@@ -7,21 +7,31 @@ import hashlib
 import httpx
 
 from mosaic_core.operator import RobotConnection
-from mosaic_core.words.catalogue import WidgetModule
+from mosaic_core.words.catalogue import CatalogueEntry, WidgetModule
 from mosaic_core.words.data_type import Direction, Kind
 from mosaic_sim.demo.checks import CheckFailed, messages_arrive
 
 UNPROVEN = frozenset(("announced", "takes messages", "answers requests"))
-"""What is said of a connector that nothing was seen of but its channel."""
+"""What is said of a handler that nothing was seen of but its channel."""
 
 
 async def own_works(connection: RobotConnection, label: str, url: str) -> str:
-    """What was seen of it: a picture, a message, or that it is open. ``url``: the server's, which serves its widget.
-    Raises :class:`CheckFailed`, and :class:`TimeoutError` where nothing arrives."""
+    """What was seen of it and all its handlers: a picture, a message, or that it is open. ``url``: the server's, which
+    serves its widget. Raises :class:`CheckFailed`, and :class:`TimeoutError` where nothing arrives."""
     entries = connection.catalogue.entries if connection.catalogue else ()
-    entry = next((one for one in entries if one.label == label), None)
-    if entry is None:
+    its = [one for one in entries if is_of(one.label, label)]
+    if not its:
         raise CheckFailed("the robot does not announce it")
+    return ", ".join(dict.fromkeys([await _seen(connection, entry, url) for entry in its]))
+
+
+def is_of(handler: str, connector: str) -> bool:
+    """Whether a handler of this label is one of the connector's: their labels begin with its own, by custom."""
+    return handler == connector or handler.startswith(f"{connector}_")
+
+
+async def _seen(connection: RobotConnection, entry: CatalogueEntry, url: str) -> str:
+    label = entry.label
     if entry.widget_module is not None:
         await _widget_is_served(url, entry.widget_module)
     if entry.kind is Kind.VIDEO:

@@ -10,6 +10,7 @@ import subprocess
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -95,9 +96,10 @@ class DemoServer:
         credentials = {"username": seed.email, "password": seed.password}
         self._token = self._call("POST", "/api/v1/account/login/access-token", credentials)["accessToken"]
 
-    def one_time_code(self) -> str:
-        """For the browser: works once, for 60 s."""
-        return str(self._call("POST", "/api/v1/account/one-time-code")["code"])
+    def one_time_code(self) -> tuple[str, datetime]:
+        """For the browser: works once, until the time that is told with it."""
+        issued = self._call("POST", "/api/v1/account/one-time-code")
+        return str(issued["code"]), datetime.now(UTC) + timedelta(seconds=float(issued["expiresInS"]))
 
     def wait_for_robot(self, robot_id: str, robot: Child) -> None:
         def is_online() -> bool:

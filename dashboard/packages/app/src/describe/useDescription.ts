@@ -2,7 +2,7 @@ import type { DescribedConnector, RobotSummary } from '@mosaic/client'
 import { readConnectorConfig } from '@mosaic/client'
 import { useMosaicClient } from '@mosaic/react'
 import { useMemo, useState } from 'react'
-import { failureOf, type Failure } from '../session/errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 import { withConnectors, withoutLabel } from './description'
 
 export interface Description {

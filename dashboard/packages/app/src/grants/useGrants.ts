@@ -1,7 +1,7 @@
 import type { Organization, Role, RoleOnRobot } from '@mosaic/client'
 import { useMosaicClient } from '@mosaic/react'
 import { useEffect, useState } from 'react'
-import { failureOf, type Failure } from '../session/errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 
 export interface GrantsView {
   accounts: readonly RoleOnRobot[] | null

@@ -1,6 +1,6 @@
 import type { ControlDesk, JournalEntry } from '@mosaic/client'
 import { useCallback, useEffect, useState } from 'react'
-import { failureOf, type Failure } from '../session/errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 import { joined } from './journalEntries'
 
 const PAGE = 100

@@ -1,5 +1,5 @@
-import { entriesApart, nearestName, type CatalogueEntry, type RobotConnection, type RobotSummary } from '@mosaic/client'
-import { useControl, useMosaicClient, useReadable, useRobotConnection, useRobots } from '@mosaic/react'
+import { nearestName, type CatalogueEntry, type RobotConnection, type RobotSummary } from '@mosaic/client'
+import { useConnectedRobot, useControl, useMosaicClient, useReadable, useRobots } from '@mosaic/react'
 import { Button } from '@mantine/core'
 import {
   ControlFrame,
@@ -27,7 +27,6 @@ import { placesOf, type Place } from './layout'
 import { NearNotice } from './NearNotice'
 import { RobotMenu } from './RobotMenu'
 import classes from './robot.module.css'
-import { useConnected } from './useConnected'
 import { useViewChoices, type ViewChoicesControl } from './useViewChoices'
 import { strayLabels } from './viewChoices'
 
@@ -42,11 +41,10 @@ export function RobotPage() {
 
 function OneRobot({ robotId }: { robotId: string }) {
   const robot = useRobot(robotId)
-  const connection = useRobotConnection(robotId)
+  const connection = useConnectedRobot(robotId)
   const catalogue = useReadable(connection.catalogue)
   const isDescribed = useReadable(connection.isDescribed)
   const views = useViewChoices(robotId)
-  useConnected(connection, robot?.isOnline)
   useTitle(robot?.name ?? 'Robot')
   return (
     <Shell
@@ -75,7 +73,7 @@ function OneRobot({ robotId }: { robotId: string }) {
       {catalogue === null ? (
         <NoCatalogue connection={connection} robot={robot} />
       ) : (
-        <Board robotId={robotId} entries={entriesApart(catalogue)} views={views} />
+        <Board robotId={robotId} entries={catalogue.entries} views={views} />
       )}
       {isDescribed && robot !== undefined && <DescribeMore robot={robot} />}
       <ControlFrame robotId={robotId} />

@@ -1,7 +1,7 @@
 import { Alert, Button, Group, Stack, TextInput } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
 import { useState, type SubmitEvent } from 'react'
-import { failureOf, type Failure } from '../session/errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 import type { RobotCredentials } from './robotYaml'
 import { TokenDialog } from './TokenDialog'
 

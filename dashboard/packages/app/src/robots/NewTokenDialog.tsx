@@ -1,7 +1,7 @@
 import { Alert, Button, Group, Stack, Text } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
 import { useState } from 'react'
-import { failureOf, type Failure } from '../session/errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 import type { RobotCredentials } from './robotYaml'
 import { TokenDialog } from './TokenDialog'
 

@@ -2,8 +2,7 @@ import { Button, Group, Paper, Stack, Text, Title } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
 import { Brand } from '../shell/Brand'
 import { useTitle } from '../shell/useTitle'
-import type { Failure } from './errorText'
-import { FailureAlert } from './FailureAlert'
+import { type Failure, FailureAlert } from '@mosaic/widgets'
 import classes from './SignInPage.module.css'
 
 export interface ReplaceSessionProps {

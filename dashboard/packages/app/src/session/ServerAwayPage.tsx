@@ -4,7 +4,7 @@ import { useMosaicClient } from '@mosaic/react'
 import { useEffect } from 'react'
 import { Brand } from '../shell/Brand'
 import { useTitle } from '../shell/useTitle'
-import type { Failure } from './errorText'
+import type { Failure } from '@mosaic/widgets'
 import classes from './SignInPage.module.css'
 
 /** Soon enough for who waits before the screen; a server that begins is not kept from it. */

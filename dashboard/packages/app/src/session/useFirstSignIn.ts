@@ -3,7 +3,7 @@ import { useMosaicClient } from '@mosaic/react'
 import { useCallback, useEffect, useState } from 'react'
 import type { AddressCode } from './addressCodes'
 import { deviceName } from './deviceName'
-import { failureOf, type Failure } from './errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 
 export interface FirstSignIn {
   isBusy: boolean

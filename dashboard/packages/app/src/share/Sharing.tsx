@@ -26,10 +26,12 @@ export function Sharing({ share, robot, known }: SharingProps) {
       <Title order={1} size="h3">
         {known.name}
       </Title>
-      <Standing state={state} />
-      <Button className={classes.stop} size="xl" leftSection={<IconPlayerStopFilled size={22} aria-hidden />} onClick={share.stop} fullWidth>
-        Stop sharing
-      </Button>
+      <div className={classes.atHand}>
+        <Standing state={state} />
+        <Button className={classes.stop} size="xl" leftSection={<IconPlayerStopFilled size={22} aria-hidden />} onClick={share.stop} fullWidth>
+          Stop sharing
+        </Button>
+      </div>
       {state.refusal !== null && <Refused code={state.refusal} onForget={share.forget} onStop={share.stop} />}
       {Object.entries(state.problems).map(([label, problem]) => (
         <p key={label} className={classes.problem} role="alert">

@@ -8,6 +8,7 @@ import {
   battery,
   browserGetBattery,
   browserGetUserMedia,
+  browserPictureTimes,
   browserVerify,
   camera,
   microphone,
@@ -95,5 +96,6 @@ export function robotOf(credentials: RobotCredentials, { shared, camera: choice 
     ],
     play: shared.loudspeaker ? audioPlayer : null,
     verify: browserVerify(),
+    pictureTimes: browserPictureTimes(),
   })
 }

@@ -3,7 +3,7 @@ import { RestApi } from '@mosaic/client/parts'
 import { useMosaicClient } from '@mosaic/react'
 import { camera, browserGetUserMedia, type CameraChoice, type PageRobot } from '@mosaic/robot'
 import { useCallback, useEffect, useRef, useState } from 'react'
-import { failureOf, type Failure } from '../session/errorText'
+import { type Failure, failureOf } from '@mosaic/widgets'
 import { askFor, FIRST_CHOICES, robotOf, type Choices } from './choices'
 import { forgetRobot, rememberedRobot, rememberRobot, type RememberedRobot } from './rememberedRobot'
 

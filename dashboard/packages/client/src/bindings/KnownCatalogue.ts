@@ -1,6 +1,6 @@
 import type { Catalogue, CatalogueEntry } from '@mosaic/protocol'
 import { Value, type Readable } from '../platform/Readable'
-import { entryFor } from '../words/entriesApart'
+import { entryFor } from '../words/entryFor'
 
 /**
  * Keeps what is known of a robot's connectors: the server's short form, the full one that a live robot told, or, of a robot
@@ -17,8 +17,7 @@ export class KnownCatalogue {
   readonly value: Readable<Catalogue | null> = this.known
 
   entryOf(label: string): CatalogueEntry | null {
-    const catalogue = this.known.get()
-    return (catalogue && entryFor(catalogue, label)) ?? null
+    return entryFor(this.known.get(), label)
   }
 
   /** True where the robot or its server said it. */

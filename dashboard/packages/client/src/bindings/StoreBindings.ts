@@ -12,7 +12,7 @@ import { MediaStreamStore } from '../stores/MediaStreamStore'
 import type { MosaicStore } from '../stores/MosaicStore'
 import { isSending, labelOf, type RobotStores } from '../stores/RobotStores'
 import { TalkStore } from '../stores/TalkStore'
-import { entryFor } from '../words/entriesApart'
+import { entryFor } from '../words/entryFor'
 
 /** What the bindings stand on. */
 export interface BindingSurroundings extends MediaSurroundings, Omit<PortsSurroundings, 'link' | 'platform' | 'partials' | 'clearance'> {
@@ -206,7 +206,7 @@ export class StoreBindings {
   }
 
   private clearanceOf(store: MosaicStore): Clearance {
-    return this.around.control.clearanceOf((this.catalogue && entryFor(this.catalogue, labelOf(store))) ?? null)
+    return this.around.control.clearanceOf(entryFor(this.catalogue, labelOf(store)))
   }
 
   private showBlock({ store }: Binding): void {

@@ -1,6 +1,6 @@
 /** Which channels a store needs, and whether the robot has its connector at all. Pure. */
 import type { Catalogue, CatalogueEntry, ChannelEntry, Delivery, MosaicDataType } from '@mosaic/protocol'
-import { entriesApart, entryFor } from '../words/entriesApart'
+import { entryFor } from '../words/entryFor'
 import { nearestName } from '../words/nearestName'
 import type { RobotConnector, StoreState } from '../words/types'
 
@@ -39,7 +39,7 @@ export function channelPlan(connector: RobotConnector, { catalogue, isOriginal, 
   if (isOriginal) return originalPlan(connector, catalogue, bare)
   if (catalogue === null) return isMedia ? { type: 'media' } : { type: 'unknown' }
   const entry = entryFor(catalogue, connectorId)
-  if (!entry) return { type: 'mismatch', state: missing(connectorId, catalogue) }
+  if (entry === null) return { type: 'mismatch', state: missing(connectorId, catalogue) }
   const wanted = dataType ?? wantedBy(bare)
   if (wanted !== undefined && !isCompatible(wanted, entry.dataType)) {
     return { type: 'mismatch', state: otherWay(connectorId, wanted, entry) }
@@ -80,7 +80,7 @@ function mayWait({ delivery, safety }: CatalogueEntry): boolean {
 }
 
 function missing(label: string, catalogue: Catalogue): StoreState {
-  const known = entriesApart(catalogue).map((entry) => entry.label)
+  const known = catalogue.entries.map((entry) => entry.label)
   const nearest = nearestName(label, known)
   const message = `the robot has no connector '${label}'` + (nearest === null ? '' : `; did you mean '${nearest}'?`)
   const state: StoreState = { phase: 'mismatch', code: 'channel.unknown_label', message }

@@ -1,6 +1,8 @@
 import { guarded } from '@mosaic/client/parts'
 import type { TrackConnector } from './Connector'
 
+const HELD_BACK = 'The system holds it back, as behind a locked screen; it goes on when this page is looked at.'
+
 /** Somebody who watches or listens: the line to them. */
 export interface TrackWatcher {
   sender: Pick<RTCRtpSender, 'replaceTrack'>
@@ -45,11 +47,12 @@ export class TrackOutlet {
     if (this.watchers.size === 0) this.close()
   }
 
-  /** Another camera, or the same one once more, if it is gone and wanted. */
+  /** Another camera, or the same one once more, if it is gone or gives nothing, and is wanted. */
   reopen(connector: TrackConnector = this.connector): void {
     const isOther = connector !== this.connector
     this.connector = connector
-    if (!isOther && (this.track !== null || this.isOpening)) return
+    const isWell = this.track !== null && !this.track.muted && this.track.readyState !== 'ended'
+    if (!isOther && (isWell || this.isOpening)) return
     this.close()
     if (this.watchers.size > 0) this.open()
   }
@@ -70,6 +73,8 @@ export class TrackOutlet {
     this.isOpening = false
     this.track = track
     track.onended = () => this.lost(track)
+    track.onmute = () => this.heldBack(track)
+    track.onunmute = () => this.changed(this.entry.label, track, '')
     this.changed(this.entry.label, track, '')
     for (const watcher of this.watchers) give(watcher, track)
   }
@@ -87,6 +92,12 @@ export class TrackOutlet {
     this.tellProblem('The system has taken it away; it is tried again when this page is looked at.')
   }
 
+  /** The system lets it run and gives nothing, as iOS does behind a locked screen: it may go on by itself. */
+  private heldBack(track: MediaStreamTrack): void {
+    this.changed(this.entry.label, track, HELD_BACK)
+    for (const watcher of this.watchers) watcher.unavailable(HELD_BACK)
+  }
+
   private tellProblem(problem: string): void {
     this.changed(this.entry.label, null, problem)
     for (const watcher of this.watchers) watcher.unavailable(problem)
@@ -98,7 +109,7 @@ export class TrackOutlet {
     this.isOpening = false
     this.track = null
     if (track === null) return
-    track.onended = null
+    track.onended = track.onmute = track.onunmute = null
     track.stop()
     this.changed(this.entry.label, null, '')
   }

@@ -11,6 +11,8 @@ export interface AnsweringListener {
   linkConnected(): void
   linkBroken(code: string): void
   channelOpened(channel: RTCDataChannel): void
+  /** A picture or sound of this robot has a line. */
+  lineFound(label: string, kind: string, sender: RTCRtpSender): void
   /** The line for the operator's voice to a loudspeaker. */
   voiceArrived(label: string, track: MediaStreamTrack, receiver: RTCRtpReceiver): void
 }
@@ -28,7 +30,7 @@ export class AnsweringLink {
     platform: Platform,
     iceServers: readonly IceServer[],
     private readonly useOf: (label: string, kind: string) => LineUse,
-    listener: AnsweringListener,
+    private readonly listener: AnsweringListener,
   ) {
     const connection = platform.openPeerConnection({ iceServers: usableIceServers(iceServers) })
     this.connection = connection
@@ -37,8 +39,8 @@ export class AnsweringLink {
       const found = plainCandidate(candidate)
       if (found) listener.candidateFound(found)
     }
-    connection.oniceconnectionstatechange = () => this.iceChanged(listener)
-    connection.onconnectionstatechange = () => this.changed(listener)
+    connection.oniceconnectionstatechange = () => this.iceChanged()
+    connection.onconnectionstatechange = () => this.changed()
     connection.ondatachannel = ({ channel }) => listener.channelOpened(channel)
     connection.ontrack = ({ track, receiver, transceiver }) => {
       const label = this.labels.get(transceiver.mid ?? '')
@@ -78,26 +80,29 @@ export class AnsweringLink {
 
   private bind(transceiver: RTCRtpTransceiver): void {
     const label = this.labels.get(transceiver.mid ?? '')
-    const use = label === undefined ? null : this.useOf(label, transceiver.receiver.track.kind)
+    const { kind } = transceiver.receiver.track
+    const use = label === undefined ? null : this.useOf(label, kind)
     transceiver.direction = use === 'send' ? 'sendonly' : use === 'receive' ? 'recvonly' : 'inactive'
-    if (use === 'send' && label !== undefined) this.senders.set(label, transceiver.sender)
+    if (use !== 'send' || label === undefined || this.senders.get(label) === transceiver.sender) return
+    this.senders.set(label, transceiver.sender)
+    this.listener.lineFound(label, kind, transceiver.sender)
   }
 
-  private iceChanged(listener: AnsweringListener): void {
+  private iceChanged(): void {
     const state = this.connection.iceConnectionState
     if (state !== 'connected' && state !== 'completed') return
     this.hasPath = true
-    listener.iceConnected()
+    this.listener.iceConnected()
   }
 
-  private changed(listener: AnsweringListener): void {
+  private changed(): void {
     const state = this.connection.connectionState
     if (state === 'connected') {
       this.isSecured = true
-      listener.linkConnected()
+      this.listener.linkConnected()
     }
     // ICE has a path and yet it failed: then it was DTLS.
     const isDtls = this.hasPath && !this.isSecured && this.connection.iceConnectionState !== 'failed'
-    if (state === 'failed' || state === 'closed') listener.linkBroken(isDtls ? 'dtls.failed' : 'ice.failed')
+    if (state === 'failed' || state === 'closed') this.listener.linkBroken(isDtls ? 'dtls.failed' : 'ice.failed')
   }
 }

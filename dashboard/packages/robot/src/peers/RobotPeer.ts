@@ -16,14 +16,15 @@ import type { DataOutlet } from '../connectors/DataOutlet'
 import type { Loudspeaker } from '../connectors/Loudspeaker'
 import type { TrackOutlet, TrackWatcher } from '../connectors/TrackOutlet'
 import { ControlPort } from '../control/ControlPort'
+import type { PictureTimes } from '../media/pictureTimes'
 import type { Identity } from '../signaling/tickets'
 import { AnsweringLink, type LineUse } from './AnsweringLink'
 import { OutletPorts } from './OutletPorts'
 import { RobotPeerMachine, type RobotPeerEffect, type RobotPeerEvent } from './peerOfRobot'
 
 /**
- * What this robot does beyond the basic protocol. Not among it: how a picture's time stamps are read, as a browser does not
- * know those that it sends; a second connection for bulk, as nothing is large; resuming, as nothing is worth repeating.
+ * What this robot does beyond the basic protocol. Not among it: a second connection for bulk, as nothing is large; resuming, as
+ * nothing is worth repeating. How a picture's timestamps are read it says where its browser knows them.
  */
 export const ROBOT_EXTENSIONS: Readonly<Record<string, number>> = {
   catalogue: 1,
@@ -43,6 +44,8 @@ export interface Site {
   readonly data: ReadonlyMap<string, DataOutlet>
   readonly tracks: ReadonlyMap<string, TrackOutlet>
   readonly speaker: Loudspeaker | null
+  /** Null: this browser does not know the timestamps of the pictures that it sends. */
+  readonly pictureTimes: PictureTimes | null
   /** A peer speaks our words: it hears how things stand, and the others of it. */
   peerGreeted(peer: RobotPeer): void
   peerEnded(peer: RobotPeer, code: string, message: string): void
@@ -66,6 +69,7 @@ export class RobotPeer {
   private readonly partials: ChannelPartials
   private readonly ports: OutletPorts
   private readonly watchers = new Map<string, TrackWatcher>()
+  private readonly endTimes: (() => void)[] = []
   private control: ControlPort | null = null
   private stop: ControlPort | null = null
   private isPerson = false
@@ -90,6 +94,7 @@ export class RobotPeer {
       linkConnected: () => this.driver.tell({ type: 'connected' }),
       linkBroken: (code) => this.driver.tell({ type: 'broken', code }),
       channelOpened: (channel) => this.channelOpened(channel),
+      lineFound: (label, kind, sender) => this.lineFound(label, kind, sender),
       voiceArrived: (_label, track, receiver) => site.speaker?.add(this, track, receiver),
     })
   }
@@ -149,6 +154,12 @@ export class RobotPeer {
     return this.site.tracks.get(label)?.entry.kind === kind ? 'send' : null
   }
 
+  private lineFound(label: string, kind: string, sender: RTCRtpSender): void {
+    const { pictureTimes, bootId } = this.site
+    if (pictureTimes === null || kind !== 'video') return
+    this.endTimes.push(pictureTimes(sender, (origin) => void this.send('media.origin', { label, ...origin, bootId })))
+  }
+
   private carryOut(effect: RobotPeerEffect): void {
     if (effect.type === 'greet') {
       this.send('catalogue', { catalogue: this.site.catalogue })
@@ -163,6 +174,7 @@ export class RobotPeer {
   private leave(): void {
     for (const [label, watcher] of this.watchers) this.site.tracks.get(label)?.unwatch(watcher)
     this.watchers.clear()
+    for (const end of this.endTimes) end()
     this.ports.close()
     this.site.speaker?.remove(this.id)
     this.link.close()
@@ -185,8 +197,9 @@ export class RobotPeer {
   }
 
   private greet(): void {
-    const { software, bootId } = this.site
-    this.send('hello', { protocol: CONTROL_PROTOCOL_VERSION, extensions: ROBOT_EXTENSIONS, software, bootId, isPerson: false })
+    const { software, bootId, pictureTimes } = this.site
+    const extensions = pictureTimes === null ? ROBOT_EXTENSIONS : { ...ROBOT_EXTENSIONS, mediaOrigin: 1 }
+    this.send('hello', { protocol: CONTROL_PROTOCOL_VERSION, extensions, software, bootId, isPerson: false })
   }
 
   private heard(message: ControlMessage | null, port: ControlPort): void {

@@ -1,4 +1,4 @@
-import { entriesApart, messages } from '@mosaic/client'
+import { messages } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
@@ -96,6 +96,6 @@ function PlaceBar({ name, position, range }: { name: string; position: number | 
 /** The limits of whatever moves the joints of this robot. */
 function useCommandSafety(robotId: string): Record<string, unknown> | undefined {
   const catalogue = useReadable(useRobotConnection(robotId).catalogue)
-  const entries = catalogue === null ? [] : entriesApart(catalogue)
+  const entries = catalogue?.entries ?? []
   return entries.find(({ schemaId }) => schemaId === messages.SCHEMA_IDS.JointTarget)?.safety
 }

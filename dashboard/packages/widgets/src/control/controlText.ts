@@ -1,5 +1,5 @@
 /** What the page says about who commands, about the stop, and about what limits the speed: pure, in whole sentences. */
-import { entriesApart, reasonOf, resourceOf, type Availability, type Catalogue, type LeaseView, type PeerView, type Refusal, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
+import { reasonOf, resourceOf, type Availability, type Catalogue, type LeaseView, type PeerView, type Refusal, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
 import { formattedMs } from '../stores/age'
 
 /** What the robot refused: the gate that did, why, what to do, and of how many alike it speaks. */
@@ -163,7 +163,7 @@ export function resourceSuffix(resource: string): string {
  * shown there only while somebody has it or waits for it.
  */
 export function shownLeases(leases: Readonly<Record<string, LeaseView>>, catalogue: Catalogue | null): string[] {
-  const needed = new Set(catalogue === null ? [] : entriesApart(catalogue).map(resourceOf))
+  const needed = new Set(catalogue?.entries.map(resourceOf))
   const resources = Object.keys(leases)
   const isOther = resources.some((resource) => resource !== 'motion' && needed.has(resource))
   const isIdle = ({ state, request, queue }: LeaseView) => state === 'free' && request === null && queue.length === 0

@@ -39,6 +39,8 @@ export interface Acceptance {
   fields?: readonly (readonly string[])[]
   /** Sends what a connector takes and shows what it sends, where a connector says of both what they are. */
   bothWays?: boolean
+  /** Shows numbers alone: it can't show messages whose schema has none, whoever asks for it. */
+  numbers?: boolean
   /** Shows anything of its data types. */
   anything?: boolean
   /** Between widgets that fit equally well the higher one wins. */

@@ -1,4 +1,4 @@
-import { entriesApart, messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
+import { messages, WIDGET_HINTS, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
 import { widgets } from '../widgets'
@@ -98,27 +98,27 @@ describe('a connector is shown by', () => {
   })
 })
 
-describe('of a connector with several handlers', () => {
-  const channels = [
-    { label: 'arm', dataType: 'json-u2r', delivery: 'latest', schemaId: 'mosaic/JointTarget@1' },
-    { label: 'arm_base', dataType: 'json-u2r', delivery: 'latest', schemaId: 'mosaic/Twist@1' },
-    { label: 'arm_state', dataType: 'json-r2u', delivery: 'reliable', schemaId: 'mosaic/JointState@1' },
-    { label: 'arm_load', dataType: 'json-r2u', delivery: 'reliable', widget: 'time-plot', messageSchema: object('newton') },
-    { label: 'arm_talk', dataType: 'json-bi', delivery: 'reliable', messageSchema: object('grip'), sentSchema: object('force') },
-    { label: 'arm_power', dataType: 'json-bi', delivery: 'reliable', sentSchemaId: 'mosaic/BatteryState@1' },
-  ] as const
-
-  test('every channel has a card, with the widget that fits it best', () => {
-    const shown = entriesApart({ entries: [entry({ label: 'arm', dataType: 'json-u2r', channels })] })
-    expect(shown.map((one) => [one.label, chooseWidget(widgets, one)?.id])).toEqual([
-      ['arm', 'joint-command'],
-      ['arm_base', 'drive-pad'],
-      ['arm_state', 'joints'],
-      ['arm_load', 'time-plot'],
-      ['arm_talk', 'json-sender'],
-      ['arm_power', 'battery'],
-    ])
-  })
+test('every handler of a connector has a card, with the widget that fits it best', () => {
+  const shown = [
+    entry({ label: 'arm', dataType: 'json-u2r', schemaId: 'mosaic/JointTarget@1' }),
+    entry({ label: 'arm_base', dataType: 'json-u2r', schemaId: 'mosaic/Twist@1' }),
+    entry({ label: 'arm_state', dataType: 'json-r2u', direction: 'to-operator', schemaId: 'mosaic/JointState@1' }),
+    entry({ label: 'arm_load', dataType: 'json-r2u', direction: 'to-operator', widget: 'time-plot', messageSchema: object('newton') }),
+    entry({ label: 'arm_talk', dataType: 'json-bi', direction: 'both', messageSchema: object('grip'), sentSchema: object('force') }),
+    entry({ label: 'arm_power', dataType: 'json-bi', direction: 'both', sentSchemaId: 'mosaic/BatteryState@1' }),
+    entry({ label: 'arm_left', dataType: 'media', kind: 'video' }),
+    entry({ label: 'arm_ear', dataType: 'media', kind: 'audio', direction: 'to-operator' }),
+  ]
+  expect(shown.map((one) => [one.label, chooseWidget(widgets, one)?.id])).toEqual([
+    ['arm', 'joint-command'],
+    ['arm_base', 'drive-pad'],
+    ['arm_state', 'joints'],
+    ['arm_load', 'time-plot'],
+    ['arm_talk', 'json-sender'],
+    ['arm_power', 'battery'],
+    ['arm_left', 'video'],
+    ['arm_ear', 'audio'],
+  ])
 })
 
 test('what goes both ways is a form where only what operators send is known, and values where only the rest is', () => {
@@ -130,6 +130,33 @@ test('what goes both ways is a form where only what operators send is known, and
 
 test('a hint never forces a widget on data that it can not show', () => {
   expect(chosen({ widget: 'video', dataType: 'json-r2u' })).toBe('value-cards')
+})
+
+describe('a plot', () => {
+  const words = { type: 'object', properties: { level: { type: 'string' }, timestamp: { type: 'integer' } } }
+  const poses = { type: 'object', properties: { poses: { type: 'array', items: { type: 'object' } } } }
+  const offered = (fields: Partial<CatalogueEntry>) => widgetsFor(widgets, entry(fields)).map(({ id }) => id)
+
+  test.each([words, poses])('is not offered for messages without a number', (messageSchema) => {
+    expect(offered({ messageSchema })).not.toContain('time-plot')
+  })
+
+  test.each([
+    undefined,
+    { type: 'object', additionalProperties: true },
+    object('newton'),
+    { type: 'object', properties: { effort: { type: 'array', items: { type: 'number' } } } },
+  ])('is offered where there may be one', (messageSchema) => {
+    expect(offered(messageSchema === undefined ? {} : { messageSchema })).toContain('time-plot')
+  })
+
+  test('gives way to the widget that the message has, whoever hints or chose it', () => {
+    const diagnostic = { schemaId: 'mosaic/Diagnostic@1', messageSchema: words, widget: 'time-plot' }
+    expect(chosen(diagnostic)).toBe('diagnostics')
+    expect(chosen(diagnostic, 'time-plot')).toBe('diagnostics')
+    expect(chosen({ schemaId: 'mosaic/Log@1', messageSchema: words }, 'time-plot')).toBe('message-log')
+    expect(chosen({ schemaId: 'mosaic/Path@1', messageSchema: poses }, 'time-plot')).toBe('map')
+  })
 })
 
 test('without a schema special widgets are offered, but not chosen', () => {

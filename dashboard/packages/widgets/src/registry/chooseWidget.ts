@@ -1,6 +1,7 @@
 /** Which widget shows a connector: every widget says how well it fits, the best one wins. No list of types anywhere. */
 import type { CatalogueEntry } from '@mosaic/client'
 import { hasPaths, type JsonSchema } from '../schema/jsonSchema'
+import { mayHaveNumbers } from '../schema/messageFields'
 import type { WidgetDefinition } from './WidgetDefinition'
 
 /** How well a widget fits, best last. `possible` is offered to people but never chosen by itself. */
@@ -14,8 +15,9 @@ export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | nu
   if (!accepts.dataTypes.includes(entry.dataType)) return null
   if (accepts.kinds !== undefined && !accepts.kinds.includes(entry.kind)) return null
   if (accepts.directions !== undefined && !accepts.directions.includes(entry.direction)) return null
-  if (entry.widget !== undefined && [widget.id, ...(accepts.hints ?? [])].includes(entry.widget)) return 'hint'
   const { id, schema } = messageFor(widget, entry)
+  if (accepts.numbers === true && !mayHaveNumbers(schema)) return null
+  if (entry.widget !== undefined && [widget.id, ...(accepts.hints ?? [])].includes(entry.widget)) return 'hint'
   if (id !== undefined && accepts.schemas?.includes(id) === true) return 'message'
   if (accepts.connectorTypes?.includes(entry.type) === true) return 'type'
   if (accepts.fields?.some((paths) => hasPaths(schema, paths)) === true) return 'schema'

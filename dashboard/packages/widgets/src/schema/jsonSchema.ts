@@ -19,6 +19,8 @@ export interface Field {
   isInteger?: boolean
   /** It may be left out: it is null then, or what the schema says. */
   isOptional?: boolean
+  /** The elements of this list are numbers. */
+  holdsNumbers?: boolean
 }
 
 export interface NumberRange {
@@ -75,8 +77,14 @@ function collect(node: JsonSchema, root: JsonSchema, place: Place): Field[] {
     const child = resolved(raw, root)
     const here = { path: [...place.path, key], isOptional: place.isOptional || mayBeLeftOut(raw) }
     const kind = kindOf(child)
-    return kind === null ? collect(child, root, here) : [fieldAt(here, key, kind, child)]
+    if (kind === null) return collect(child, root, here)
+    const field = fieldAt(here, key, kind, child)
+    return [kind === 'array' && isNumber(child['items'], root) ? { ...field, holdsNumbers: true } : field]
   })
+}
+
+function isNumber(node: unknown, root: JsonSchema): boolean {
+  return isObject(node) && kindOf(resolved(node, root)) === 'number'
 }
 
 function fieldAt({ path, isOptional }: Place, key: string, kind: Field['kind'], node: JsonSchema): Field {

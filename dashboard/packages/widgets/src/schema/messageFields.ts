@@ -18,7 +18,18 @@ export function fieldValues(schema: JsonSchema | undefined, message: unknown): F
 export function numericFields(schema: JsonSchema | undefined, message: unknown): Field[] {
   return fieldsThere(schema, message)
     .flatMap((field) => (field.kind === 'array' ? elementsOf(field, message) : [field]))
-    .filter((field) => field.kind === 'number' && field.path.at(-1) !== 'timestamp')
+    .filter(isPlottable)
+}
+
+/** Whether messages of this schema may have anything that a plot can draw; where nothing is declared they may. */
+export function mayHaveNumbers(schema: JsonSchema | undefined): boolean {
+  const declared = fieldsOf(schema)
+  return declared.length === 0 || declared.some((field) => isPlottable(field) || field.holdsNumbers === true)
+}
+
+/** What counts the time is the axis, and no curve. */
+function isPlottable(field: Field): boolean {
+  return field.kind === 'number' && field.path.at(-1) !== 'timestamp'
 }
 
 function elementsOf(field: Field, message: unknown): Field[] {

@@ -1,4 +1,4 @@
-import { entriesApart, type CatalogueEntry } from '@mosaic/client'
+import type { CatalogueEntry } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useMemo } from 'react'
 
@@ -6,7 +6,7 @@ import { useMemo } from 'react'
 export function useEntries(robotId: string, schemaIds: readonly string[]): readonly CatalogueEntry[] {
   const catalogue = useReadable(useRobotConnection(robotId).catalogue)
   return useMemo(
-    () => (catalogue === null ? [] : entriesApart(catalogue)).filter((entry) => schemaIds.includes(arrivingId(entry) ?? '')),
+    () => (catalogue?.entries ?? []).filter((entry) => schemaIds.includes(arrivingId(entry) ?? '')),
     [catalogue, schemaIds],
   )
 }

@@ -11,6 +11,7 @@ from __future__ import annotations
 import secrets
 import struct
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -26,6 +27,9 @@ LOOK_S = 0.05
 """How often a call looks whether it is over."""
 MATCH_S = 3.0
 """Longest wait until the server has found this client."""
+GONE_S = 1.0
+"""How long a reply of a server that is gone may still be on its way."""
+GONE_CURE = "look whether its node has crashed; whether it did what was asked is not known"
 MAX_REPLIES = 64
 OTHER_RMW = (
     "start its node with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or all of ROS with rmw_zenoh_cpp and `transport: zenoh`"
@@ -63,16 +67,26 @@ class DdsServiceCaller:
             self._waits_for.add(number)
         try:
             header = _HEADER.pack(self._client, number)
+            servers = set(self._replies.writers)
             self._requests.write(data[:HEADER_BYTES] + header + data[HEADER_BYTES:])
-            while not is_over():
-                self._read()
-                if number in self._came:
-                    return self._came[number]
-            return None
+            return self._awaited(number, servers, is_over)
         finally:
             with self._lock:
                 self._waits_for.discard(number)
                 self._came.pop(number, None)
+
+    def _awaited(self, number: int, servers: set[int], is_over: Callable[[], bool]) -> bytes | None:
+        """The reply to this request. A server that was started anew knows nothing of it."""
+        seen_at_s = time.monotonic()
+        while not is_over():
+            self._read()
+            if number in self._came:
+                return self._came[number]
+            if not servers.isdisjoint(self._replies.writers):
+                seen_at_s = time.monotonic()
+            elif time.monotonic() - seen_at_s > GONE_S:
+                raise BusError(f"the server of {self._service} is gone, and with it the answer", GONE_CURE)
+        return None
 
     def _is_matched(self, is_over: Callable[[], bool]) -> bool:
         """Whether a server hears requests and is heard; a request that was sent before would be lost."""

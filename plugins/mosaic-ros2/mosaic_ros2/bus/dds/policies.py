@@ -27,6 +27,9 @@ def policies_of(profile: QosProfile, *, is_writer: bool) -> Qos:
         Policy.History.KeepLast(max(1, profile.depth)),
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=not is_writer),
     ]
+    if not is_writer:
+        # What this robot publishes itself goes to others: a topic that is read and bridged would go round for ever.
+        policies.append(Policy.IgnoreLocal.Participant)
     if profile.is_latched and is_writer:
         depth = max(1, profile.depth)
         policies.append(Policy.DurabilityService(0, Policy.History.KeepLast(depth), -1, -1, -1))

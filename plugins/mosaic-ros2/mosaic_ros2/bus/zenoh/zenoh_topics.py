@@ -37,9 +37,12 @@ class ZenohSubscription:
             raise BusError(f"can't subscribe to {own.name}: {error}") from error
 
     def _arrived(self, sample: Any) -> None:
-        """Zenoh's thread."""
-        beside = sample.attachment
-        told = read_attachment(beside.to_bytes()) if beside is not None else None
+        """Zenoh's thread. What this robot publishes itself goes to others: a topic that is read and bridged would go
+        round for ever."""
+        beside = sample.attachment.to_bytes() if sample.attachment is not None else b""
+        if beside.endswith(self._session.sender):
+            return
+        told = read_attachment(beside)
         arrived = Arrived(sample.payload.to_bytes(), told[1] if told is not None else 0)
         with self._changed:
             self._waiting.append(arrived)

@@ -1,0 +1,172 @@
+import { DeliveryWatch, MosaicError, StoreCounters, Value, type Catalogue, type CatalogueEntry, type ConnectionState, type MosaicClient, type RobotSummary } from '@mosaic/client'
+import { act, cleanup, render, screen } from '@testing-library/react'
+import userEvent from '@testing-library/user-event'
+import { StrictMode } from 'react'
+import { afterEach, beforeEach, expect, test, vi } from 'vitest'
+import { FakeConnection, WithRobot } from '../../test/fakeRobot'
+import { FakeStore, storesOf } from '../../test/fakeStore'
+import { ConnectorCard } from './ConnectorCard'
+import { MosaicPage } from './MosaicPage'
+import { RobotChoice } from './RobotChoice'
+
+class Connection extends FakeConnection {
+  readonly connect = vi.fn()
+  readonly disconnect = vi.fn()
+}
+
+const robot = (id: string, isOnline = true) => ({ id, name: id.toUpperCase(), isOnline }) as RobotSummary
+
+const entry = (label: string): CatalogueEntry => ({
+  label,
+  type: 'battery',
+  kind: 'data',
+  dataType: 'json-r2u',
+  direction: 'to-operator',
+  channels: [],
+  delivery: 'reliable',
+})
+
+let connections: Record<string, Connection>
+let robots: Value<readonly RobotSummary[]>
+
+beforeEach(() => {
+  connections = { a: new Connection(), b: new Connection() }
+  robots = new Value<readonly RobotSummary[]>([])
+})
+
+afterEach(cleanup)
+
+function choice() {
+  const client = { robots, connection: (id: string) => connections[id] }
+  return (
+    <WithRobot connection={new FakeConnection()} client={client}>
+      <RobotChoice>{(robotId) => <p>shown: {robotId}</p>}</RobotChoice>
+    </WithRobot>
+  )
+}
+
+test('an only robot is chosen by itself, and let go of with the page', () => {
+  robots.set([robot('a')])
+  const page = render(choice())
+  expect(screen.getByText('shown: a')).toBeDefined()
+  expect(connections['a']?.connect).toHaveBeenCalled()
+  expect(connections['a']?.disconnect).not.toHaveBeenCalled()
+  page.unmount()
+  expect(connections['a']?.disconnect).toHaveBeenCalledTimes(1)
+})
+
+test('of several one is chosen, which ends the connection to the one before', async () => {
+  robots.set([robot('a'), robot('b', false)])
+  render(choice())
+  expect(screen.queryByText(/^shown/)).toBeNull()
+  const user = userEvent.setup()
+  await user.selectOptions(screen.getByLabelText('Robot'), 'a')
+  expect(screen.getByText('shown: a')).toBeDefined()
+  await user.selectOptions(screen.getByLabelText('Robot'), 'B (offline)')
+  expect(screen.getByText('shown: b')).toBeDefined()
+  expect(connections['a']?.disconnect).toHaveBeenCalledTimes(1)
+  expect(connections['b']?.connect).toHaveBeenCalledTimes(1)
+  act(() => robots.set([robot('a'), robot('b')]))
+  expect(connections['b']?.connect, 'it came back').toHaveBeenCalledTimes(2)
+})
+
+test('a robot can be stopped whatever is shown of it, and why it is away is said', async () => {
+  robots.set([robot('a')])
+  render(choice())
+  await userEvent.setup().click(screen.getByRole('button', { name: /^Stop/ }))
+  expect(connections['a']?.control.said).toEqual([['stop', '']])
+  const lost: ConnectionState = { phase: 'reconnecting', roundTripMs: null, code: 'peer.lost', message: 'The cable is gone.' }
+  act(() => connections['a']?.state.set(lost))
+  expect(screen.getByText(/^reconnecting: The cable is gone/)).toBeDefined()
+})
+
+test('where there is no robot, that is said', () => {
+  render(choice())
+  expect(screen.getByText('There is no robot yet')).toBeDefined()
+})
+
+function card(catalogue: Catalogue | null) {
+  const connection = new Connection()
+  connection.catalogue.set(catalogue)
+  const store = Object.assign(new FakeStore(), { counters: new StoreCounters(), gap: new Value(null) })
+  const client = storesOf({ battery: store })
+  Object.assign(connection, { delivery: new DeliveryWatch(() => true) })
+  render(
+    <WithRobot connection={connection} client={client}>
+      <ConnectorCard robotId="a" label="battery" />
+    </WithRobot>,
+  )
+  return connection
+}
+
+test('a card waits for what the robot has, and says what it has not', () => {
+  const connection = card(null)
+  expect(screen.getByRole('region', { name: 'battery' }).getAttribute('aria-busy')).toBe('true')
+  act(() => connection.catalogue.set({ hash: 'h', entries: [entry('batery')] }))
+  expect(screen.getByText("The robot has no connector 'battery'")).toBeDefined()
+  expect(screen.getByText(/Did you mean 'batery'/)).toBeDefined()
+  act(() => connection.catalogue.set({ hash: 'i', entries: [] }))
+  expect(screen.getByText(/Compare the label/)).toBeDefined()
+})
+
+test('a card shows the widget that fits, and another one that a person chooses', async () => {
+  card({ hash: 'h', entries: [entry('battery')] })
+  const user = userEvent.setup()
+  await user.click(await screen.findByRole('button', { name: 'Menu of battery' }))
+  const others = (await screen.findAllByRole('menuitem')).filter((item) => item.getAttribute('aria-current') === null)
+  const other = others.find(({ textContent }) => textContent !== 'Delivery')
+  await user.click(other!)
+  expect(screen.getByRole('region', { name: `battery: ${other?.textContent}` })).toBeDefined()
+})
+
+function page(client: object) {
+  const whole = { sessionError: new Value<MosaicError | null>(null), restoring: new Value(false), ...client }
+  render(
+    <StrictMode>
+      <MosaicPage client={whole as unknown as MosaicClient}>
+        <p>inside</p>
+      </MosaicPage>
+    </StrictMode>,
+  )
+}
+
+test('a page asks who is there, once, and shows nothing before that is known', () => {
+  const restoring = new Value(true)
+  const session = new Value<object | null>(null)
+  const restore = vi.fn(() => Promise.resolve())
+  page({ restoring, session, restore })
+  expect(restore).toHaveBeenCalledTimes(1)
+  expect(screen.queryByRole('form')).toBeNull()
+  act(() => {
+    session.set({ token: 't', user: {} })
+    restoring.set(false)
+  })
+  expect(screen.getByText('inside')).toBeDefined()
+})
+
+test('nobody is there: a sign-in, which says why it failed, and then the page', async () => {
+  const session = new Value<object | null>(null)
+  const login = vi.fn().mockRejectedValueOnce(new MosaicError('auth.failed'))
+  page({ session, login, restore: () => Promise.resolve() })
+  expect(screen.queryByText('inside')).toBeNull()
+  const user = userEvent.setup()
+  await user.type(screen.getByLabelText(/Email/), ' me@example.org')
+  await user.type(screen.getByLabelText(/Password/, { selector: 'input' }), 'secret')
+  await user.click(screen.getByRole('button', { name: 'Sign in' }))
+  expect((await screen.findByRole('alert')).textContent).toContain('Check the email and the password')
+  login.mockImplementation(() => Promise.resolve(session.set({ token: 't', user: {} })))
+  await user.click(screen.getByRole('button', { name: 'Sign in' }))
+  expect(login).toHaveBeenLastCalledWith('me@example.org', 'secret')
+  expect(screen.getByText('inside')).toBeDefined()
+})
+
+test('why a session ended is said where a person signs in again', () => {
+  const session = new Value<object | null>({ token: 't', user: {} })
+  const sessionError = new Value<MosaicError | null>(null)
+  page({ session, sessionError, restore: () => Promise.resolve() })
+  act(() => {
+    sessionError.set(new MosaicError('auth.expired'))
+    session.set(null)
+  })
+  expect(screen.getByRole('alert').textContent).toContain('expired')
+})

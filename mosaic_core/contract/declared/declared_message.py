@@ -1,0 +1,145 @@
+"""Checks what a handler sends against the type that its class declares."""
+
+from __future__ import annotations
+
+import inspect
+import logging
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel, PydanticUserError, ValidationError
+from pydantic_core import PydanticSerializationError
+
+from mosaic_core.contract.declared.unsent import caller
+from mosaic_core.machines.delivery.finite_message import finite
+from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
+from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.wire_model import to_json
+
+logger = logging.getLogger(__name__)
+
+JsonMessage: TypeAlias = "BaseModel | Mapping[str, Any] | list[Any]"
+_BYTES = (bytes, bytearray, memoryview)
+_JSON = (dict, list, tuple, BaseModel, Mapping)
+_CONTRACT = str(Path(__file__).parents[1])
+MAX_TOLD = 64
+"""Fields of one class that the log names; keys of mappings may be without number."""
+
+
+class WrongMessage(MosaicError):
+    """A handler sends what its class does not declare. ``place``: where it is written, as far as that is known."""
+
+    def __init__(self, handler: type, place: str, what: str) -> None:
+        at = f" ({place})" if place else ""
+        super().__init__(f"{handler.__qualname__}{at} {what}", code="plugin.wrong_message")
+        self._handler = handler
+        self._what = what
+
+    def told_at(self, place: str) -> WrongMessage:
+        """The same with the line that sent it; itself where none is known."""
+        return WrongMessage(self._handler, place, self._what) if place else self
+
+
+class DeclaredMessage:
+    """The type of the messages that one class of handlers sends. Any thread."""
+
+    def __init__(self, handler: type, declared: Any) -> None:
+        self._handler = handler
+        self._declared = declared
+        self._model: type[BaseModel] | None = declared if _is_model(declared) else None
+        self._taken: Any = self._model or (_BYTES if declared is bytes else str if declared is str else _JSON)
+        self._shapes = MessageShapes()
+        self._told: set[tuple[str, str]] = set()
+
+    def check(self, value: Any) -> None:
+        """Raise :class:`MosaicError` (``plugin.wrong_message``) if ``value`` is not what the class declares."""
+        shape = shape_of(value)
+        if not self._shapes.is_known(shape):
+            self._check_new(value)
+            self._shapes.add(shape)
+
+    def _check_new(self, value: Any) -> None:
+        if isinstance(value, self._taken):
+            return
+        if self._model is None or not isinstance(value, BaseModel | Mapping):
+            raise self._wrong(value, "")
+        self._check_shape(value, self._model)
+
+    def _check_shape(self, value: BaseModel | Mapping[str, Any], model: type[BaseModel]) -> None:
+        nulled, _ = finite(_plain(value)[0], self._schema)
+        self._validate(value, nulled, model)
+
+    def _validate(self, value: Any, plain: Any, model: type[BaseModel]) -> None:
+        try:
+            model.model_validate(plain, by_alias=True, by_name=True)
+        except ValidationError as error:
+            mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
+            fields = (f"{'.'.join(map(str, one['loc'])) or 'message'}: {one['msg']}" for one in mistakes)
+            raise self._wrong(value, "; ".join(fields)) from None
+
+    def json_of(self, value: JsonMessage, label: str) -> str | None:
+        """JSON text, with null for numbers that are not finite where the class declares that they may be absent.
+        ``None``, and a line in the log, once for each field: it must not be sent."""
+        plain, is_sound = _plain(value)
+        if is_sound:
+            try:
+                return to_json(plain)
+            except ValueError:  # a number that JSON does not know
+                pass
+        numbers = value.model_dump(warnings=False) if isinstance(value, BaseModel) else plain
+        refused = finite(numbers, self._schema)[1]
+        self._tell(label, refused)
+        if refused:
+            return None
+        nulled, _ = finite(plain, self._schema)
+        if isinstance(value, BaseModel):
+            self._validate(value, nulled, type(value))
+        return to_json(nulled)
+
+    def _tell(self, label: str, refused: tuple[str, ...]) -> None:
+        for field in refused:
+            if (label, field) not in self._told and len(self._told) < MAX_TOLD:
+                self._told.add((label, field))
+                text = "connector %r: %s of a message is no finite number, and not declared as `float | None`: refused"
+                logger.warning(text, label, field, extra={"label": label})
+
+    @cached_property
+    def _schema(self) -> dict[str, Any] | None:
+        try:
+            return self._model.model_json_schema(mode="serialization") if self._model is not None else None
+        except PydanticUserError:
+            return None
+
+    def _wrong(self, value: Any, fields: str) -> WrongMessage:
+        name = getattr(self._declared, "__name__", str(self._declared))
+        what = f"keys {', '.join(map(str, list(value)[:8]))}" if isinstance(value, Mapping) else type(value).__name__
+        detail = f" ({fields})" if fields else ""
+        return WrongMessage(self._handler, caller() or self._place, f"declares {name} and sends {what}{detail}")
+
+    @property
+    def _place(self) -> str:
+        """Where the body is written, else the class."""
+        body = getattr(self._handler, "messages", None)
+        code = getattr(body, "__code__", None)
+        if code is not None and not code.co_filename.startswith(_CONTRACT):
+            return f"{code.co_filename}:{code.co_firstlineno}"
+        try:
+            return f"{inspect.getsourcefile(self._handler)}:{inspect.getsourcelines(self._handler)[1]}"
+        except (OSError, TypeError):
+            return ""
+
+
+def _plain(value: JsonMessage) -> tuple[Any, bool]:
+    """JSON-ready values, and whether each is of the type that its class says: an attribute may be set to anything."""
+    if not isinstance(value, BaseModel):
+        return value, True
+    try:
+        return value.model_dump(mode="json", warnings="error"), True
+    except PydanticSerializationError:
+        return value.model_dump(mode="json", warnings=False), False
+
+
+def _is_model(declared: Any) -> bool:
+    return isinstance(declared, type) and issubclass(declared, BaseModel)

@@ -1,0 +1,81 @@
+"""Tells what an author's message says that nobody would get: keywords that are no field, and numbers that JSON does not
+know."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import AliasChoices, BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from mosaic_core.words.errors import MosaicError, hint_at
+
+
+def unknown_field(model: type[BaseModel], data: Mapping[str, Any]) -> MosaicError | None:
+    """The error for the first keyword that is no field of ``model``."""
+    known = list(dict.fromkeys(_names(model)))
+    unknown = next((name for name in data if name not in known), None)
+    if unknown is None:
+        return None
+    place = caller()
+    message = f"{place}{': ' if place else ''}{model.__name__} has no field '{unknown}'{hint_at(unknown, known)}"
+    cure = f"It has: {', '.join(known)}. Whatever else a device says is left out by {model.__name__}.model_validate(…)."
+    return MosaicError(f"{message} {cure}", code="plugin.wrong_message", cure=cure)
+
+
+def with_its_nans(model: type[BaseModel], data: dict[str, Any], error: ValidationError) -> dict[str, Any]:
+    """``data`` with NaN for each number that is not finite and must not be absent, and ``None`` for what may be; raises
+    ``error`` if it tells of anything else."""
+    mistakes = error.errors(include_url=False, include_context=False)
+    if not all(_is_not_finite(one["input"]) for one in mistakes):
+        raise error
+    for one in mistakes:
+        data = _with_nan(data, one["loc"])
+    return {key: None if _is_absent(model, key, value) else value for key, value in data.items()}
+
+
+def may_be_none(field: FieldInfo | None) -> bool:
+    """Whether the message may be without it."""
+    return field is not None and type(None) in get_args(field.annotation)
+
+
+def _is_absent(model: type[BaseModel], key: str, value: Any) -> bool:
+    return isinstance(value, float) and not math.isfinite(value) and may_be_none(model.model_fields.get(key))
+
+
+def _names(model: type[BaseModel]) -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        yield name
+        alias = field.validation_alias
+        choices = alias.choices if isinstance(alias, AliasChoices) else [alias]
+        yield from (one for one in choices if isinstance(one, str))
+
+
+def _is_not_finite(value: Any) -> bool:
+    """Also of a text, and of a number of another library."""
+    try:
+        return not math.isfinite(float(value))
+    except (TypeError, ValueError, OverflowError):
+        return False
+
+
+def _with_nan(value: Any, loc: tuple[int | str, ...]) -> Any:
+    """A copy of ``value`` with NaN at ``loc``, or in place of what around it can't be copied."""
+    if loc and isinstance(value, Mapping) and loc[0] in value:
+        return {**value, loc[0]: _with_nan(value[loc[0]], loc[1:])}
+    if loc and isinstance(value, list | tuple) and isinstance(loc[0], int):
+        return [_with_nan(one, loc[1:]) if index == loc[0] else one for index, one in enumerate(value)]
+    return math.nan
+
+
+def caller() -> str:
+    """``file:line`` of the code that called the contract; empty where that is the framework's own."""
+    frame = inspect.currentframe()
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("mosaic_core.contract."):
+        frame = frame.f_back
+    if frame is None or frame.f_globals.get("__name__", "").startswith("mosaic_core."):
+        return ""
+    return f"{frame.f_code.co_filename}:{frame.f_lineno}"

@@ -1,0 +1,55 @@
+"""Names the line of a plugin's code that an error comes from, or that a thread is at."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from traceback import FrameSummary, extract_tb
+
+_CORE = f"{Path(__file__).parents[2]}{os.sep}"
+_STANDARD = f"{Path(os.__file__).parent}{os.sep}"
+_PACKAGES = frozenset({"site-packages", "dist-packages"})
+"""Folders inside that of the standard library, with what is installed."""
+
+
+def explained_error(error: BaseException) -> str:
+    """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
+    place = place_of(error)
+    return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
+
+
+def place_of(error: BaseException) -> str:
+    """``FILE:LINE`` of a plugin's code where it was raised; empty where there is none."""
+    return ":".join(str(part) for part in raised_at(error) if part)
+
+
+def raised_at(error: BaseException) -> tuple[str, int | None]:
+    """File and line of a plugin's code where it was raised; an empty name where there is none."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return error.filename, error.lineno
+    place = innermost_own(extract_tb(error.__traceback__))
+    return raised_at(error.__cause__) if not place[0] and error.__cause__ is not None else place
+
+
+def innermost_own(frames: Iterable[FrameSummary]) -> tuple[str, int | None]:
+    """File and line of the innermost frame that is not the framework's, the import system's, or, where there is
+    another one, the standard library's."""
+    others = [frame for frame in frames if not frame.filename.startswith(("<frozen", _CORE))]
+    others = [frame for frame in others if "importlib" not in Path(frame.filename).parts]
+    own = [frame for frame in others if not _is_standard(frame.filename)]
+    inner = next(reversed(own or others), None)
+    return (inner.filename, inner.lineno) if inner is not None else ("", None)
+
+
+def _is_standard(file: str) -> bool:
+    return file.startswith(_STANDARD) and not _PACKAGES.intersection(Path(file).parts)
+
+
+def standing_at(thing: object) -> str:
+    """`` (FILE:LINE)`` of a class or function; nothing where its source can't be found."""
+    try:
+        return f" ({inspect.getsourcefile(thing)}:{inspect.getsourcelines(thing)[1]})"  # type: ignore[arg-type]
+    except (OSError, TypeError):
+        return ""

@@ -1,0 +1,38 @@
+"""Tells at which line the code of a plugin is that takes long before anything runs: an import that waits for ever would
+look like a command that hangs."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from traceback import extract_stack
+
+from mosaic_core.runtime.threads.code_places import innermost_own
+
+logger = logging.getLogger(__name__)
+
+PATIENCE_S = 4.0
+"""Large libraries take a second or two on a small computer; a person begins to wonder after three."""
+
+
+@contextmanager
+def told_when_slow(what: str) -> Iterator[None]:
+    """Warn once if the code within takes longer than :data:`PATIENCE_S`. ``what`` begins a sentence: ``the import of
+    connector type 'x'``. Any thread."""
+    timer = threading.Timer(PATIENCE_S, _tell, (what, threading.get_ident()))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _tell(what: str, thread: int) -> None:
+    frame = sys._current_frames().get(thread)
+    file, line = innermost_own(extract_stack(frame)) if frame is not None else ("", None)
+    at = f", at {file}:{line}" if file else ""
+    logger.warning("%s goes on for %g s already%s; Ctrl-C ends the wait", what, PATIENCE_S, at)

@@ -1,0 +1,64 @@
+"""What the demo's check sees of a connector that somebody brought, with all its handlers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mosaic_core import (
+    DataChannelJsonReceivable,
+    DataChannelSendable,
+    Handler,
+    MediaTrackConfigurer,
+    MediaTrackHandler,
+    Message,
+    NoParams,
+)
+from mosaic_core.testing import connector, joined
+from mosaic_sim.demo.checks import CheckFailed, Result
+from mosaic_sim.demo.headless_check import with_cause
+from mosaic_sim.demo.own_checks import own_works
+
+
+class Eye(MediaTrackHandler):
+    def frames(self) -> Iterator[Any]:
+        for _ in self.every(0.02):
+            yield np.zeros((48, 64, 3), np.uint8)
+
+
+class Light(DataChannelJsonReceivable):
+    def handle_data(self, data: dict[str, Any]) -> None:
+        """Shines."""
+
+
+class Warmth(Message):
+    celsius: float
+
+
+class Thermometer(DataChannelSendable[Warmth]):
+    def messages(self) -> Iterator[Warmth]:
+        for _ in self.every(0.02):
+            yield Warmth(celsius=20)
+
+
+class ScopeConfigurer(MediaTrackConfigurer[NoParams]):
+    def configure(self) -> Sequence[Handler]:
+        label = self.label
+        return [Eye(f"{label}_left"), Eye(f"{label}_right"), Light(f"{label}_light"), Thermometer(f"{label}_heat")]
+
+
+async def test_every_handler_of_a_connector_is_looked_at() -> None:
+    async with joined(connector(ScopeConfigurer, label="scope")) as link:
+        seen = (await own_works(link.connection, "scope", "")).split(", ")
+        assert seen[:2] == ["64×48", "takes messages"]
+        assert len(seen) > 2, "and the thermometer"
+        with pytest.raises(CheckFailed, match="does not announce"):
+            await own_works(link.connection, "telescope", "")
+
+
+def test_a_device_that_is_missing_fails_what_nothing_was_seen_of() -> None:
+    assert with_cause(Result("scope", True, "64×48, takes messages"), "no lamp") == Result("scope", False, "no lamp")
+    assert with_cause(Result("scope", True, "64×48"), "it was away").is_ok
