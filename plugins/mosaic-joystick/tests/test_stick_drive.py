@@ -158,8 +158,11 @@ async def test_unplugged_it_stands_and_is_free_and_back_it_drives_again(
         await link.connection.control.wait_for(lambda: holder(link) is None)
         await until(lambda: Base.told[-1] != 0.5, "it stands")
         driven = Base.told.count(0.5)
-        joystick.pressed.clear()
-        joystick.plug()
+        joystick.plug()  # with something on its button
+        await seen(looks, pressed=True)
+        await seen(looks, pressed=True)
+        assert (Base.told.count(0.5), holder(link)) == (driven, None)
+        joystick.press(TRIGGER, down=False)
         await seen(looks, pressed=False)
         joystick.press(TRIGGER)
         await until(lambda: Base.told.count(0.5) > driven, "it drives again")
