@@ -309,6 +309,6 @@ class TwinsConfigurer(MediaTrackConfigurer[NoParams]):
 
 
 async def test_two_handlers_of_one_label_are_refused() -> None:
-    with pytest.raises(ConfigError, match="makes two handlers of one label: 'eyes'"):
+    with pytest.raises(ConfigError, match="makes two handlers of one label 'eyes'"):
         async with joined(connector(TwinsConfigurer, label="eyes")):
             raise AssertionError("it started")

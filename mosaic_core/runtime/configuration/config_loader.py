@@ -165,7 +165,11 @@ class _Checker:
         data = raw.get(key)
         if data is not None and not isinstance(data, dict):
             return None  # the structure's mistake, and already reported as such
-        value, problems = validated(model, data or {}, self._document, place)
+        try:
+            value, problems = validated(model, data or {}, self._document, place)
+        except Exception as error:  # noqa: BLE001 - a plugin's validator may fail in any way
+            message = f"'{key}' of '{raw['type']}' can't be checked: {explained_error(error)}"
+            value, problems = None, [self._document.problem(place, message, code="config.broken_plugin")]
         self.problems += problems
         return value
 

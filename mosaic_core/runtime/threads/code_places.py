@@ -16,8 +16,13 @@ _PACKAGES = frozenset({"site-packages", "dist-packages"})
 
 def explained_error(error: BaseException) -> str:
     """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
-    place = ":".join(str(part) for part in raised_at(error) if part)
+    place = place_of(error)
     return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
+
+
+def place_of(error: BaseException) -> str:
+    """``FILE:LINE`` of a plugin's code where it was raised; empty where there is none."""
+    return ":".join(str(part) for part in raised_at(error) if part)
 
 
 def raised_at(error: BaseException) -> tuple[str, int | None]:
