@@ -26,6 +26,7 @@ def test_every_block_is_a_named_file(page: str) -> None:
 
 
 @pytest.mark.webrtc
+@pytest.mark.timeout(300)
 def test_all_tests_of_the_pages_pass(tmp_path: Path) -> None:
     for page in PAGES:
         for name, text in files_of(page).items():
@@ -33,6 +34,6 @@ def test_all_tests_of_the_pages_pass(tmp_path: Path) -> None:
             (tmp_path / name).write_text(text)
     options = ["-q", "-p", "no:cacheprovider", "-o", "anyio_mode=auto", "-o", "pythonpath=.", "--rootdir", tmp_path]
     command = [sys.executable, "-m", "pytest", *map(str, options), str(tmp_path)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stdout + done.stderr
     assert len(list(tmp_path.glob("test_*.py"))) >= 12
