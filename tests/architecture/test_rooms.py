@@ -74,7 +74,7 @@ DASHBOARD_ROOMS = {
         "peers",
         "bindings",
     ],
-    "robot": ["signaling", "control", "connectors", "sensors", "peers"],
+    "robot": ["signaling", "control", "media", "connectors", "sensors", "peers"],
     "react": [],
     "widgets": [
         "theme",

@@ -1,14 +1,6 @@
 import { Value, type Readable, type ServerState } from '@mosaic/client'
 import type { LogConnector } from './connectors/LogConnector'
-
-/** An operator who is here. */
-export interface Viewer {
-  id: string
-  name: string
-  role: string
-  isVerified: boolean
-  labels: readonly string[]
-}
+import type { Viewer } from './peers/PeersHere'
 
 /** What the page of the robot shows. */
 export interface PageRobotState {

@@ -1,6 +1,14 @@
 import type { ControlMessages } from '@mosaic/protocol'
-import type { Viewer } from '../RobotView'
 import type { RobotPeer } from './RobotPeer'
+
+/** An operator who is here. */
+export interface Viewer {
+  id: string
+  name: string
+  role: string
+  isVerified: boolean
+  labels: readonly string[]
+}
 
 /** Keeps the peers of one robot, and tells those who are connected what concerns them all. */
 export class PeersHere {
