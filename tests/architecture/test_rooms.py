@@ -89,6 +89,7 @@ DASHBOARD_ROOMS = {
         "pictures",
         "gamepad",
         "control",
+        "page",
     ],
     "app": [
         "shell",

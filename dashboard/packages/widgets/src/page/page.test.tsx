@@ -1,11 +1,9 @@
-import { DeliveryWatch, MosaicError, StoreCounters, Value, type Catalogue, type CatalogueEntry, type ConnectionState, type MosaicClient, type RobotSummary } from '@mosaic/client'
+import { MosaicError, Value, type ConnectionState, type MosaicClient, type RobotSummary } from '@mosaic/client'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { StrictMode } from 'react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { FakeConnection, WithRobot } from '../../test/fakeRobot'
-import { FakeStore, storesOf } from '../../test/fakeStore'
-import { ConnectorCard } from './ConnectorCard'
 import { MosaicPage } from './MosaicPage'
 import { RobotChoice } from './RobotChoice'
 
@@ -15,16 +13,6 @@ class Connection extends FakeConnection {
 }
 
 const robot = (id: string, isOnline = true) => ({ id, name: id.toUpperCase(), isOnline }) as RobotSummary
-
-const entry = (label: string): CatalogueEntry => ({
-  label,
-  type: 'battery',
-  kind: 'data',
-  dataType: 'json-r2u',
-  direction: 'to-operator',
-  channels: [],
-  delivery: 'reliable',
-})
 
 let connections: Record<string, Connection>
 let robots: Value<readonly RobotSummary[]>
@@ -85,40 +73,6 @@ test('where there is no robot, that is said', () => {
   expect(screen.getByText('There is no robot yet')).toBeDefined()
 })
 
-function card(catalogue: Catalogue | null) {
-  const connection = new Connection()
-  connection.catalogue.set(catalogue)
-  const store = Object.assign(new FakeStore(), { counters: new StoreCounters(), gap: new Value(null) })
-  const client = storesOf({ battery: store })
-  Object.assign(connection, { delivery: new DeliveryWatch(() => true) })
-  render(
-    <WithRobot connection={connection} client={client}>
-      <ConnectorCard robotId="a" label="battery" />
-    </WithRobot>,
-  )
-  return connection
-}
-
-test('a card waits for what the robot has, and says what it has not', () => {
-  const connection = card(null)
-  expect(screen.getByRole('region', { name: 'battery' }).getAttribute('aria-busy')).toBe('true')
-  act(() => connection.catalogue.set({ hash: 'h', entries: [entry('batery')] }))
-  expect(screen.getByText("The robot has no connector 'battery'")).toBeDefined()
-  expect(screen.getByText(/Did you mean 'batery'/)).toBeDefined()
-  act(() => connection.catalogue.set({ hash: 'i', entries: [] }))
-  expect(screen.getByText(/Compare the label/)).toBeDefined()
-})
-
-test('a card shows the widget that fits, and another one that a person chooses', async () => {
-  card({ hash: 'h', entries: [entry('battery')] })
-  const user = userEvent.setup()
-  await user.click(await screen.findByRole('button', { name: 'Menu of battery' }))
-  const others = (await screen.findAllByRole('menuitem')).filter((item) => item.getAttribute('aria-current') === null)
-  const other = others.find(({ textContent }) => textContent !== 'Delivery')
-  await user.click(other!)
-  expect(screen.getByRole('region', { name: `battery: ${other?.textContent}` })).toBeDefined()
-})
-
 function page(client: object) {
   const whole = { sessionError: new Value<MosaicError | null>(null), restoring: new Value(false), ...client }
   render(
@@ -154,7 +108,10 @@ test('nobody is there: a sign-in, which says why it failed, and then the page', 
   await user.type(screen.getByLabelText(/Password/, { selector: 'input' }), 'secret')
   await user.click(screen.getByRole('button', { name: 'Sign in' }))
   expect((await screen.findByRole('alert')).textContent).toContain('Check the email and the password')
-  login.mockImplementation(() => Promise.resolve(session.set({ token: 't', user: {} })))
+  login.mockImplementation(() => {
+    session.set({ token: 't', user: {} })
+    return Promise.resolve()
+  })
   await user.click(screen.getByRole('button', { name: 'Sign in' }))
   expect(login).toHaveBeenLastCalledWith('me@example.org', 'secret')
   expect(screen.getByText('inside')).toBeDefined()

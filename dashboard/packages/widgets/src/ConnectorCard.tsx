@@ -1,11 +1,11 @@
 import { entryFor, nearestName } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useState } from 'react'
-import frame from '../frame/frame.module.css'
-import { Notice } from '../frame/Notice'
-import { Mismatch, WidgetCard } from '../frame/WidgetCard'
-import { chooseWidget, widgetsFor } from '../registry/chooseWidget'
-import { widgets } from '../widgets'
+import frame from './frame/frame.module.css'
+import { Notice } from './frame/Notice'
+import { Mismatch, WidgetCard } from './frame/WidgetCard'
+import { chooseWidget, widgetsFor } from './registry/chooseWidget'
+import { widgets } from './widgets'
 
 /** Which connector of which robot a card shows. */
 export interface ConnectorCardProps {
