@@ -17,7 +17,7 @@ from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import PluginError
+from mosaic_core.words.errors import MosaicError, PluginError
 
 _CORE = str(Path(__file__).parents[2])
 
@@ -119,6 +119,8 @@ def _at(error: BaseException) -> str:
 
 def explained_error(error: BaseException) -> str:
     """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
+    if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
+        return error.message  # which begins with the place
     place = place_of(error)
     return f"{type(error).__name__}: {error}" + ("" if place in str(error) else _at(error))
 
