@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
+from mosaic_core.words.errors import MosaicError
+
 _CORE = f"{Path(__file__).parents[2]}{os.sep}"
 _STANDARD = f"{Path(os.__file__).parent}{os.sep}"
 _PACKAGES = frozenset({"site-packages", "dist-packages"})
@@ -16,6 +18,8 @@ _PACKAGES = frozenset({"site-packages", "dist-packages"})
 
 def explained_error(error: BaseException) -> str:
     """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
+    if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
+        return error.message  # which begins with the place
     place = place_of(error)
     return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
 
