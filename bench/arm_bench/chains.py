@@ -12,7 +12,7 @@ from pathlib import Path
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 
-from support.servo_chain import ServoChain
+from support.devices.servo_chain import ServoChain
 
 from arm_bench.figures import Sighting
 

@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
-from support.servo_chain import ServoChain
+from support.devices.servo_chain import ServoChain
 
 from mosaic_arm.arm import RETRY_S
 from mosaic_arm.calibration import MotorCalibration, write_calibration

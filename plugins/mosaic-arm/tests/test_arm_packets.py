@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.servo_chain import DynamixelChain, ServoChain, bitwise_crc
+from support.devices.servo_chain import DynamixelChain, ServoChain, bitwise_crc
 
 from mosaic_arm.servos.dynamixel import DynamixelFormat, crc16, faults_of
 from mosaic_arm.servos.feetech import FEETECH, FeetechFormat, from_sign_bit, to_sign_bit

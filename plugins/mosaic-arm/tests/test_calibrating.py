@@ -11,7 +11,7 @@ import pytest
 import typer
 from hypothesis import given
 from hypothesis import strategies as st
-from support.servo_chain import DynamixelChain, ServoChain
+from support.devices.servo_chain import DynamixelChain, ServoChain
 
 from mosaic_arm.calibration import MotorCalibration, read_calibration, write_calibration
 from mosaic_arm.commands.calibrate_session import EnterKey, calibrate, write_to_motors

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from support.servo_chain import DynamixelChain, ServoChain
+from support.devices.servo_chain import DynamixelChain, ServoChain
 
 from mosaic_arm.calibration import MotorCalibration
 from mosaic_arm.params import ArmParams, JointParams

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from support.can_steps import CanOnSteps
+from support.devices.can_steps import CanOnSteps
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import can
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.can_steps import BATTERY_ID, STATE_ID, CanOnSteps, losses
+from support.devices.can_steps import BATTERY_ID, STATE_ID, CanOnSteps, losses
 
 from mosaic_can.frames import CanFramesConfigurer
 from mosaic_can.listener import CanListener

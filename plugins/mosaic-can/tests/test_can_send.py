@@ -11,7 +11,7 @@ import cantools.database
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.can_steps import COMMAND_ID, CanOnSteps, error_frame
+from support.devices.can_steps import COMMAND_ID, CanOnSteps, error_frame
 
 from mosaic_can.command_frame import CommandFrame
 from mosaic_can.databases import CanDatabase

@@ -10,7 +10,7 @@ import pytest
 from cantools.database.can import Database
 from hypothesis import given
 from hypothesis import strategies as st
-from support.can_steps import BATTERY_ID, COMMAND_ID, STATE_ID, CanOnSteps, losses
+from support.devices.can_steps import BATTERY_ID, COMMAND_ID, STATE_ID, CanOnSteps, losses
 
 from mosaic_can.databases import CanDatabase
 from mosaic_can.signal_fields import field_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from support.modbus_device import Lines, ModbusDevice, SerialCable, free_port, serial_device, tcp_device
+from support.devices.modbus_device import Lines, ModbusDevice, SerialCable, free_port, serial_device, tcp_device
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pymodbus import FramerType
 from pymodbus.constants import ExcCodes
-from support.modbus_device import Lines, ModbusDevice, SerialCable, tcp_device
+from support.devices.modbus_device import Lines, ModbusDevice, SerialCable, tcp_device
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import message_type_of

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from pymodbus.constants import ExcCodes
-from support.modbus_device import Lines, ModbusDevice, SerialCable
+from support.devices.modbus_device import Lines, ModbusDevice, SerialCable
 
 from mosaic_core.testing import Leaves, LosesLease, Silence, Stopped, build, connector, feed, joined, until
 from mosaic_core.words.errors import ConfigError

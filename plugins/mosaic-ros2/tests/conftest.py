@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from support.ros_side import LOOPBACK, RosNode
+from support.devices.ros_side import LOOPBACK, RosNode
 
 
 @pytest.fixture(scope="session")

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.memory_bus import MemoryBus, SharedMemoryBus
-from support.ros_side import RosNode, decoded, qos
+from support.devices.memory_bus import MemoryBus, SharedMemoryBus
+from support.devices.ros_side import RosNode, decoded, qos
 
 from mosaic_core import DataChannelConfigurer, DataChannelSendable, DeviceGone, NoParams
 from mosaic_core.contract.data_tap import TappedChannel, TappedMessage

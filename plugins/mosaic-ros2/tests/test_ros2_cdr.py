@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
-from support.ros_side import STORE, decoded, encoded
+from support.devices.ros_side import STORE, decoded, encoded
 
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import DTYPES, Decoder

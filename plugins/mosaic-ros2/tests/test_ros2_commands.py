@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 import yaml
-from support.ros_side import RosNode, qos
+from support.devices.ros_side import RosNode, qos
 from typer.testing import CliRunner
 
 from mosaic_core.cli.main import app

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from support.ros_side import encoded
+from support.devices.ros_side import encoded
 
 from mosaic_core.messages import STANDARD_MESSAGES, JointTarget, Twist
 from mosaic_ros2.cdr.decoding import Decoder

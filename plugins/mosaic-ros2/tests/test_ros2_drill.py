@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from support.devices.ros_side import RosNode
 from support.live_drill import assert_safe, drilled
-from support.ros_side import RosNode
 
 from mosaic_core.testing import connector
 from mosaic_ros2.connectors.publisher import (

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from support.ros_side import RosNode, encoded, qos
+from support.devices.ros_side import RosNode, encoded, qos
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.testing import Joined, connector, joined, until

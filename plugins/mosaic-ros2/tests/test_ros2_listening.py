@@ -8,8 +8,8 @@ from itertools import islice
 from typing import Any
 
 import pytest
-from support.memory_bus import MemoryBus, SharedMemoryBus
-from support.ros_side import encoded
+from support.devices.memory_bus import MemoryBus, SharedMemoryBus
+from support.devices.ros_side import encoded
 
 from mosaic_core import DeviceGone
 from mosaic_core.testing import FakeClock, FakeHost, fake_host

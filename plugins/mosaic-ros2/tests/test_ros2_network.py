@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.ros_side import STORE, RosNode, bytes_type, dds_name_of
+from support.devices.ros_side import STORE, RosNode, bytes_type, dds_name_of
 
 from mosaic_core import DeviceGone
 from mosaic_core.testing import build, collect

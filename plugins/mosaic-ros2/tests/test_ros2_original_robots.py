@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.ros_side import encoded
+from support.devices.ros_side import encoded
 from typer.testing import CliRunner
 
 from mosaic_core.cli.main import app

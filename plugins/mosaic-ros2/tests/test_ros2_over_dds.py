@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.ros_side import RosNode, made, qos
+from support.devices.ros_side import RosNode, made, qos
 
 from mosaic_core.drill import findings as drill_findings
 from mosaic_core.drill.drill import drill

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.ros_side import STORE
+from support.devices.ros_side import STORE
+from support.devices.zenoh_side import ZenohRos, free_port
 from support.waiting import wait_for
-from support.zenoh_side import ZenohRos, free_port
 from typer.testing import CliRunner
 
 from mosaic_core import DeviceGone

@@ -6,8 +6,8 @@ import time
 from typing import Any
 
 import pytest
-from support.memory_bus import MemoryBus, SharedMemoryBus
-from support.ros_side import RosNode, decoded, encoded
+from support.devices.memory_bus import MemoryBus, SharedMemoryBus
+from support.devices.ros_side import RosNode, decoded, encoded
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from support.devices.ros_side import STORE
 from support.message_strategies import STRATEGIES
-from support.ros_side import STORE
 
 from mosaic_core.messages import (
     STANDARD_MESSAGES,

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyubx2 import UBXReader
-from support.pty_device import NAME, PtyDevice, plugged_in
+from support.devices.pty_device import NAME, PtyDevice, plugged_in
 
 from mosaic_core.messages import GpsFix
 from mosaic_core.testing import build, collect, fake_host, feed

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.pty_device import NAME, PtyDevice, plugged_in
+from support.devices.pty_device import NAME, PtyDevice, plugged_in
 
 from mosaic_core.testing import build, fake_host
 from mosaic_core.words.errors import ConfigError, DeviceGone

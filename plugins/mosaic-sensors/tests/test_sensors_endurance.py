@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.pty_device import NAME, PtyDevice, plugged_in
+from support.devices.pty_device import NAME, PtyDevice, plugged_in
 
 from mosaic_core.contract.configurer import Configurer
 from mosaic_core.testing import build, collect, connector, fake_host, joined, until

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.pty_device import NAME, PtyDevice, plugged_in
+from support.devices.pty_device import NAME, PtyDevice, plugged_in
 
 from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, connector, fake_host, feed, joined
 from mosaic_core.words.errors import ConfigError, DeviceGone, Refused

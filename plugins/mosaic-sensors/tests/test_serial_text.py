@@ -7,7 +7,7 @@ from contextlib import closing
 from typing import Any
 
 import pytest
-from support.pty_device import PtyDevice, plugged_in
+from support.devices.pty_device import PtyDevice, plugged_in
 
 from mosaic_core.testing import Silence, build, collect, fake_host, feed
 from mosaic_core.words.errors import ConfigError

@@ -13,7 +13,7 @@ from typing import Any
 import zenoh
 import zenoh.ext
 
-from support.ros_side import STORE, dds_name_of, decoded, encoded
+from support.devices.ros_side import STORE, dds_name_of, decoded, encoded
 
 GID = bytes(range(16))
 SET_BOOL_HASH = "RIHS01_" + "5" * 64

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Browser
+from support.devices.ros_side import LOOPBACK, RosNode, RosReader, qos
 from support.people import wait_connected
-from support.ros_side import LOOPBACK, RosNode, RosReader, qos
 from support.waiting import wait_for
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]

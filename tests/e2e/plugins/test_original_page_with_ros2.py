@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Browser
+from support.devices.ros_side import LOOPBACK, RosNode, RosReader, qos
 from support.original_page import connected_page
-from support.ros_side import LOOPBACK, RosNode, RosReader, qos
 from support.waiting import wait_for
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
