@@ -257,6 +257,8 @@ def test_sticks_are_listed(kernel: FakeKernel, joystick: FakeInput) -> None:
         "name": "Acme Stick", "path": str(joystick.path), "kind": "joystick",
         "axes": ["x", "y", "rz", "throttle"], "buttons": ["trigger", "thumb"],
     }  # fmt: skip
-    assert "Acme Stick" in CliRunner().invoke(app, ["list"]).stdout
+    assert CliRunner().invoke(app, ["list"]).stdout.splitlines() == [
+        f"Acme Stick (joystick) {joystick.path}", "  axes: x y rz throttle", "  buttons: trigger thumb",
+    ]  # fmt: skip
     joystick.unplug()
     assert "no stick is plugged in" in CliRunner().invoke(app, ["list"]).stdout

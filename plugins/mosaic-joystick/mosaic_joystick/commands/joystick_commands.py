@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import json
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from mosaic_core.cli.operator.account_options import Work, command
+
+if TYPE_CHECKING:
+    from mosaic_joystick.stick_state import Stick
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Joysticks, gamepads and 3D mice of this machine.")
 
@@ -16,22 +20,27 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line."
 @app.command("list")
 def list_sticks(as_json: AsJson = False) -> None:
     """Show the sticks that are plugged in, with the names of their axes and buttons."""
-    from mosaic_core.cli.terminal.rich_table import show
     from mosaic_joystick.sticks import found_sticks, unreadable
 
-    found = [
-        {"name": one.name, "path": one.path, "kind": one.kind, "axes": [axis.name for axis in one.axes],
-         "buttons": list(one.buttons.values())}
-        for one in found_sticks()
-    ]  # fmt: skip
-    rows = [
-        (str(one["name"]), str(one["path"]), str(one["kind"]), " ".join(one["axes"]), " ".join(one["buttons"]))
-        for one in found
-    ]
-    show(("name", "path", "kind", "axes", "buttons"), rows, found, as_json=as_json, empty="no stick is plugged in",
-         whole=("name", "path"))  # fmt: skip
+    found = list(found_sticks())
+    for stick in found:
+        typer.echo(json.dumps(described(stick), ensure_ascii=False) if as_json else in_words(stick))
+    if not (found or as_json):
+        typer.echo("no stick is plugged in")
     if shut := unreadable():
         typer.echo(f"{len(shut)} input devices may not be read: sudo usermod -aG input $USER, log in again", err=True)
+
+
+def described(stick: Stick) -> dict[str, Any]:
+    axes, buttons = [axis.name for axis in stick.axes], list(stick.buttons.values())
+    return {"name": stick.name, "path": stick.path, "kind": stick.kind, "axes": axes, "buttons": buttons}
+
+
+def in_words(stick: Stick) -> str:
+    """Three lines: its names are for the options, and must not be cut off."""
+    its = described(stick)
+    lines = (f"{key}: {' '.join(its[key]) or 'none'}" for key in ("axes", "buttons"))
+    return "\n  ".join([f"{stick.name} ({stick.kind}) {stick.path}", *lines])
 
 
 @command(group=app, is_person=True)
