@@ -78,7 +78,7 @@ def shared(phone: BrowserContext, server: Any, account: httpx.Client) -> Iterato
 
 
 @contextmanager
-def sharing(phone: BrowserContext, server: Any, account: httpx.Client) -> Iterator[Page]:
+def sharing(phone: BrowserContext, server: Any, account: httpx.Client, name: str = "") -> Iterator[Page]:
     page = phone.new_page()
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
@@ -86,6 +86,8 @@ def sharing(phone: BrowserContext, server: Any, account: httpx.Client) -> Iterat
     page.goto(f"{server.url}/share#code={code}")
     for what in ("Position", "Microphone"):
         page.get_by_role("switch", name=what).set_checked(True)
+    if name:
+        page.get_by_label("Name of the robot").fill(name)
     page.get_by_role("button", name="Start sharing").click()
     expect(standing(page)).to_have_text("Nobody watches: camera and microphone are off.")
     yield page
@@ -163,7 +165,7 @@ def test_a_browser_that_stood_still_shares_again_by_itself(
     own_browser: Any, operator: Page, server: Any, account: httpx.Client
 ) -> None:
     """As behind a locked screen: nothing of it runs, and its operator has long lost it."""
-    with sharing(phone_in(own_browser.browser), server, account) as page:
+    with sharing(phone_in(own_browser.browser), server, account, "A phone that sleeps") as page:
         operator.goto(f"{operator.url}robots/{robot_id_of(page)}")
         wait_connected(operator)
         assert operator.evaluate(PICTURE_MOVES)
