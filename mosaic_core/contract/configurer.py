@@ -10,7 +10,9 @@ from collections.abc import Callable, Sequence, Set
 from contextlib import AbstractContextManager, ExitStack
 from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast, get_args, get_origin
 
-from mosaic_core.contract.declarations import wrong_declaration
+from mosaic_core.contract.declared.class_bodies import check_bodies
+from mosaic_core.contract.declared.class_names import check_names
+from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
 from mosaic_core.words.config import SafetyConfig
@@ -172,6 +174,9 @@ class Configurer(ABC, Generic[P]):
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
+        if cls.__module__ != __name__:
+            check_names(cls)
+            check_bodies(cls)
         for base in getattr(cls, "__orig_bases__", ()):
             origin = get_origin(base)
             if isinstance(origin, type) and issubclass(origin, Configurer):

@@ -6,30 +6,32 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 
 from __future__ import annotations
 
-import inspect
-import sys
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
-from types import FrameType
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
 
 from mosaic_core.contract.data_tap import DataTap
-from mosaic_core.contract.declarations import (
-    check_bodies,
-    check_delivery,
+from mosaic_core.contract.declared.class_bodies import check_bodies
+from mosaic_core.contract.declared.class_names import check_names
+from mosaic_core.contract.declared.class_safety import (
+    check_bounds,
     check_fields,
     check_limits,
     check_lists,
-    check_media_delivery,
     check_resource,
-    check_safe_action,
-    check_sent,
-    check_spelling,
     check_timeout,
+)
+from mosaic_core.contract.declared.class_values import (
+    check_delivery,
+    check_media_delivery,
+    check_runs,
+    check_sent,
+    check_values,
     check_widget,
 )
-from mosaic_core.contract.declared_message import DeclaredMessage
+from mosaic_core.contract.declared.declared_message import DeclaredMessage
+from mosaic_core.contract.every import Every
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
@@ -39,92 +41,12 @@ from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
-from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.errors import Refused as Refused
 from mosaic_core.words.limits import MOTION_KINDS, MotionKind
 from mosaic_core.words.safety_config import FieldBounds
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
-
-
-def refuse_in_async(frame: FrameType) -> None:
-    """Raise :class:`MosaicError` (``plugin.blocks_loop``) if ``frame`` is one of an ``async def``."""
-    code = frame.f_code
-    if code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
-        place = f"{code.co_filename}:{frame.f_lineno} in {code.co_qualname}"
-        message = f"A `for` over every(…) in an `async def` would stop the whole robot: {place}."
-        cure = f"Write `async for` in line {frame.f_lineno}, or make {code.co_name} a `def`, which has its own thread."
-        raise MosaicError(f"{message} {cure}", code="plugin.blocks_loop", cure=cure)
-
-
-class Every:
-    """The ticks of ``Handler.every``: iterate with ``for`` in a ``def`` body, ``async for`` in an ``async`` one.
-
-    The first tick comes at once; then one per period on a fixed grid. A body that is late skips ticks instead of
-    catching up. The iteration ends when the handler shall stop.
-    """
-
-    def __init__(self, host: HandlerHost, period_s: float) -> None:
-        if period_s <= 0:
-            raise ValueError("the period must be positive")
-        self._host = host
-        self._period_s = period_s
-
-    def __iter__(self) -> Iterator[int]:
-        """Raises :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``, whose thread is all robot's."""
-        refuse_in_async(sys._getframe(1))
-        return self._ticks()
-
-    def _ticks(self) -> Iterator[int]:
-        tick, start_s = 0, self._host.monotonic_s()
-        while not self._host.is_stopping:
-            yield tick
-            tick, wait_s = self.next_tick(tick, start_s)
-            if self._host.wait(wait_s):
-                return
-
-    def __aiter__(self) -> AsyncIterator[int]:
-        return _AsyncTicks(self._host, self.next_tick)
-
-    def next_tick(self, tick: int, start_s: float) -> tuple[int, float]:
-        """The tick after ``tick``, and the seconds until then; ``start_s``: when tick 0 was."""
-        elapsed_s = self._host.monotonic_s() - start_s
-        following = max(tick + 1, int(elapsed_s / self._period_s))
-        return following, max(0.0, following * self._period_s - elapsed_s)
-
-
-class _AsyncTicks:
-    """Iterates over the ticks of an ``async`` body. No generator: one that is left early would have to be closed by a
-    task of its own, for which a loop that ends has no time."""
-
-    def __init__(self, host: HandlerHost, following: Callable[[int, float], tuple[int, float]]) -> None:
-        self._host = host
-        self._following = following
-        self._start_s = host.monotonic_s()
-        self._tick: int | None = None
-
-    def __aiter__(self) -> AsyncIterator[int]:
-        return self
-
-    async def __anext__(self) -> int:
-        is_over = self._host.is_stopping
-        if self._tick is None:
-            self._tick = 0
-        elif not is_over:
-            self._tick, wait_s = self._following(self._tick, self._start_s)
-            is_over = await self._host.wait_async(wait_s)
-        if is_over:
-            raise StopAsyncIteration
-        return self._tick
-
-
-_BODIES = {
-    "messages": "DataChannelSendable", "handle_data": "DataChannelReceivable", "make_safe": "DataChannelReceivable",
-    "reported_position": "DataChannelReceivable", "frames": "MediaTrackHandler", "sounds": "AudioTrackHandler",
-    "handle_sound": "AudioReceivable",
-}  # fmt: skip
-"""What the framework calls, and the base whose subclasses it calls it on."""
 
 
 class Handler:
@@ -153,13 +75,11 @@ class Handler:
     def __init_subclass__(cls, **kwargs: Any) -> None:
         """Raises :class:`MosaicError` for what is declared and nothing would follow."""
         super().__init_subclass__(**kwargs)
-        if cls.__module__ != __name__:
-            check_bodies(cls, _BODIES)
-            check_spelling(cls)
-            check_delivery(cls, cls.delivery)
-            if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
-                check_media_delivery(cls, cls.delivery)
-            check_widget(cls, cls.widget)
+        if not cls.__module__.startswith(f"{__package__}."):
+            check_names(cls)
+            check_bodies(cls)
+            check_runs(cls, ("messages", "frames", "sounds"))
+            check_said(cls, cls)
 
     def bind(self, host: HandlerHost) -> None:
         """Called once by the runtime (or the test kit) before the handler runs."""
@@ -232,6 +152,15 @@ class Handler:
                 original_text=original_text,
             )
         )
+
+
+def check_said(cls: type[Handler], said: Any) -> None:
+    """Raises :class:`MosaicError` for what ``said``, the class or an instance of it, says and nothing would follow."""
+    check_values(cls, said)
+    check_delivery(cls, said.delivery)
+    if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
+        check_media_delivery(cls, said.delivery)
+    check_widget(cls, said.widget, cls.kind)
 
 
 def message_type_of(handler: type) -> Any:
@@ -416,17 +345,29 @@ class DataChannelReceivable(Handler, Generic[T]):
         if positions and "position_fields" not in named:
             cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
         check_fields(cls, fields, cls.motion_fields, cls.position_fields)
+        check_said_safety(cls, cls)
         check_limits(cls, fields, cls.limits, cls.motion_fields, cls.position_fields)
-        check_resource(cls, cls.resource)
-        check_safe_action(cls)
-        is_written = cls.make_safe is not DataChannelReceivable.make_safe
-        check_timeout(cls, cls.timeout_s, has_safe_action=is_written)
+
+
+def check_said_safety(cls: type[DataChannelReceivable[Any]], said: Any) -> None:
+    """As :func:`check_said`, of the safety of a receiver."""
+    check_bounds(cls, said.limits)
+    check_resource(cls, said.resource)
+    check_timeout(cls, said.timeout_s, has_safe_action=cls.make_safe is not DataChannelReceivable.make_safe)
 
 
 def _fields_of(receiver: type[DataChannelReceivable[Any]]) -> MessageFields:
     """What its messages have, as far as its class says."""
     used = (*receiver.motion_fields, *receiver.position_fields, *receiver.limits)
     return message_fields(message_type_of(receiver), used, receiver.item_names)
+
+
+def check_made(handler: Handler) -> None:
+    """What a handler says by itself, in ``__init__`` or by a property, is held against the same rules as its class.
+    Raises :class:`MosaicError`."""
+    check_said(type(handler), handler)
+    if isinstance(handler, DataChannelReceivable):
+        check_said_safety(type(handler), handler)
 
 
 def reports_position(handler: DataChannelReceivable[Any]) -> bool:

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from mosaic_core.contract.unsent import may_be_none, unknown_field, with_its_nans
+from mosaic_core.contract.declared.nested_models import check_nested
+from mosaic_core.contract.declared.unsent import may_be_none, unknown_field, with_its_nans
 from mosaic_core.words.limits import MotionKind
 
 
@@ -22,6 +23,12 @@ class Params(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Raises :class:`MosaicError` for a field in which a misspelt key would be ignored."""
+        super().__pydantic_init_subclass__(**kwargs)
+        check_nested(cls)
 
 
 class CameraLabel(str):

@@ -9,13 +9,13 @@
 
 from __future__ import annotations
 
-import inspect
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter
 
+from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.handler import DataChannelBidirectional, message_type_of
 from mosaic_core.contract.host import Sender
 from mosaic_core.words.data_type import Delivery
@@ -113,33 +113,31 @@ def answer_schema(handler: type[RequestHandler[Any, Any]]) -> dict[str, Any]:
 
 
 def _refuse_mistakes(cls: type[RequestHandler[Any, Any]]) -> None:
-    mistake = next(_mistakes(cls), None)
-    if mistake is not None:
-        raise TypeError(f"{cls.__module__}.{cls.__qualname__}: {mistake}")
+    message, cure = next(_mistakes(cls), ("", ""))
+    if message:
+        raise wrong_declaration(cls, message, cure)
 
 
-def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Any:
-    """What the class says that can't be meant."""
+def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Iterator[tuple[str, str]]:
+    """What the class says that can't be meant, and the cure."""
     if "handle_data" in vars(cls):
-        yield "write `answer(self, question, request)` instead of `handle_data`"
+        yield "a request is not handled by `handle_data`.", "Write `answer(self, question, request)` instead."
     if cls.sends is not None:
-        yield "`sends` is for what is sent unasked; an answer is the second type of `RequestHandler[Q, A]`"
+        cure = "Write the answer as the second type of `RequestHandler[Q, A]`."
+        yield "`sends` is for what is sent unasked.", cure
     if cls.timeout_s is not None:
-        yield "`timeout_s` is for receivers that move something on and on; a request has `answer_within_s`"
+        message = "`timeout_s` is for receivers that move something on and on."
+        yield message, "Write `answer_within_s`, which bounds a request."
     if cls.motion_fields or cls.limits:
         name = "motion_fields" if cls.motion_fields else "limits"
-        yield f"a question has no `{name}`; bound its numbers in its model, by `Field(le=…)`"
+        yield f"a question has no `{name}`.", "Bound its numbers in its model, by `Field(le=…)`."
     if message_type_of(cls) in (str, bytes) or answer_type_of(cls) is bytes:
-        yield "questions and answers are JSON: use a `Message` or `dict`"
+        yield "questions and answers are JSON.", "Use a `Message` or `dict`."
     mode = cls.delivery.mode if isinstance(cls.delivery, DeliveryContract) else cls.delivery
     if mode not in (None, Delivery.RELIABLE):
-        yield "a request needs the delivery `reliable`"
-    if cls.at_once < 1 or not cls.answer_within_s > 0:
-        yield "`at_once` and `answer_within_s` must be positive"
-    parameters = list(inspect.signature(cls.answer).parameters.values())
-    if len(parameters) != 3 and not any(one.kind is one.VAR_POSITIONAL for one in parameters):
-        yield "write `answer(self, question, request)`, with these two arguments"
+        yield f"a request can't be delivered as {mode}.", "Write `Delivery.RELIABLE`, or leave it out."
     question = message_type_of(cls)
     names = set(question.model_fields) if isinstance(question, type) and issubclass(question, BaseModel) else set()
     if "id" in names and names & {"question", "cancel"}:
-        yield "a question with a field `id` beside `question` or `cancel` can't be told from a numbered request"
+        message = "a question with a field `id` beside `question` or `cancel` can't be told from a numbered request."
+        yield message, "Give the field `id` another name."

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, guess
+from mosaic_core.runtime.configuration.mistakes.nearest_name import guess
+from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver
 from mosaic_core.runtime.widgets import widget_modules
 from mosaic_core.words.errors import MosaicError
 

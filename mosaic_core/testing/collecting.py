@@ -10,6 +10,7 @@ import math
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, TypeVar
 
+from mosaic_core.contract.declared.yielded import hand_over
 from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
@@ -79,7 +80,7 @@ def _run(
 def _iterate(stream: Iterable[Any], take: Callable[[Any], bool], host: FakeHost) -> None:
     try:
         for item in stream:
-            if host.is_stopping or take(item):
+            if host.is_stopping or hand_over(stream, item, take):
                 break
     finally:
         host.stop()
@@ -94,7 +95,7 @@ async def _iterate_async(stream: Any, take: Callable[[Any], bool], host: FakeHos
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(left_s if math.isfinite(left_s) else None):
                 async for item in stream:
-                    if host.is_stopping or take(item):
+                    if host.is_stopping or hand_over(stream, item, take):
                         break
     finally:
         host.stop()

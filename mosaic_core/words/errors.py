@@ -74,8 +74,10 @@ class ConfigError(MosaicError):
 class PluginError(MosaicError):
     """An entry point that can't be used; ``distribution`` names who ships it, e.g. ``mosaic-camera 0.1.0``."""
 
-    def __init__(self, message: str, *, distribution: str, code: str = "config.broken_plugin") -> None:
-        super().__init__(message, code=code)
+    def __init__(
+        self, message: str, *, distribution: str, code: str = "config.broken_plugin", cure: str | None = None
+    ) -> None:
+        super().__init__(message, code=code, cure=cure)
         self.distribution = distribution
 
 

@@ -223,10 +223,12 @@ class Wheel(DataChannelReceivable[Turn]):
     def handle_data(self, data): ...
 
 class WheelConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "wheel"
     def configure(self):
         return Wheel(self.label)
 
 class Stuck(DataChannelConfigurer[NoParams]):
+    connector_type = "stuck"
     def configure(self):
         raise RuntimeError("no wheel")
 """
@@ -305,7 +307,7 @@ def test_a_broken_plugin_is_listed_and_only_its_use_is_an_error(
     assert "acme-broken" in mosaic("connectors", "list").out
     shown = mosaic("connectors", "show", "broken")
     assert shown.code == 2
-    assert "of acme-broken 1.0.0 can't be used: ModuleNotFoundError" in shown.err
+    assert "of acme-broken 1.0.0 can't be used: its entry point names the module 'acme_no_module'" in shown.err
     assert "Traceback" not in shown.err
 
 
@@ -324,7 +326,7 @@ from typing import Literal
 from pydantic import BaseModel, Field
 from mosaic_core import *
 
-class Bus(BaseModel):
+class Bus(Params):
     address: int = 3
 
 class GaugeParams(Params):
@@ -338,6 +340,7 @@ class Gauge(DataChannelSendable[str]):
 
 class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):
     """Reads a gauge."""
+    connector_type = "gauge"
     def configure(self):
         return Gauge(self.label)
 '''

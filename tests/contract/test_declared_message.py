@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import math
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
 import numpy as np
@@ -74,11 +74,55 @@ def test_what_fits_the_declared_message_is_sent(value: Any) -> None:
     ],
 )
 def test_anything_else_is_told_with_class_line_and_fields(value: Any, what: str) -> None:
-    line = Lidar.messages.__code__.co_firstlineno
+    line = Lidar.messages.__code__.co_firstlineno + 1
     with pytest.raises(MosaicError) as caught:
         collect(Lidar(value), 1)
     assert caught.value.code == "plugin.wrong_message"
     assert f"Lidar ({__file__}:{line}) declares Scan and sends {what}" in caught.value.message
+
+
+class Winding(DataChannelSendable[Scan]):
+    def messages(self) -> Iterator[Any]:
+        yield Scan(angle_rad=1.0)
+        yield from self._more()
+
+    def _more(self) -> Iterator[Any]:
+        yield Scan(angle_rad=2.0)
+        yield {"angle": 3.0}
+
+
+class Waiting(DataChannelSendable[Scan]):
+    async def messages(self) -> AsyncIterator[Any]:
+        yield Scan(angle_rad=1.0)
+        yield {"angle": 3.0}
+
+
+class Listed(DataChannelSendable[Scan]):
+    def messages(self) -> Any:
+        return [{"angle": 3.0}]
+
+
+@pytest.mark.parametrize(
+    ("kind", "line"),
+    [
+        (Winding, Winding._more.__code__.co_firstlineno + 2),
+        (Waiting, Waiting.messages.__code__.co_firstlineno + 2),
+        (Listed, Listed.messages.__code__.co_firstlineno),
+    ],
+)
+def test_the_line_is_that_of_the_yield_where_there_is_one(kind: Any, line: int) -> None:
+    with pytest.raises(MosaicError) as caught:
+        collect(kind("it"), 3)
+    assert caught.value.message.startswith(f"{kind.__name__} ({__file__}:{line}) declares Scan and sends keys angle (")
+
+
+def test_the_line_of_what_is_pushed_is_that_of_the_push() -> None:
+    lidar = Lidar()
+    fake_host(lidar)
+    with pytest.raises(MosaicError) as caught:
+        lidar.send_json({"angle": 3.0})
+    line = test_the_line_of_what_is_pushed_is_that_of_the_push.__code__.co_firstlineno + 4
+    assert f"Lidar ({__file__}:{line}) declares Scan" in caught.value.message
 
 
 @pytest.mark.parametrize(("handler", "good", "bad"), [(Text, "a", {"a": 1}), (Text, "a", b"a"), (Loose, {"a": 1}, "a")])

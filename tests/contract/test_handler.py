@@ -6,10 +6,11 @@ import asyncio
 import inspect
 import sys
 from collections import Counter
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 import pytest
+from pydantic import BaseModel, create_model
 
 from mosaic_core import (
     DataChannelBidirectional,
@@ -225,6 +226,25 @@ def test_a_message_refuses_nan_and_ignores_unknown_keys() -> None:
 
 class GaugeParams(Params):
     period_s: float = 1.0
+
+
+@pytest.mark.parametrize(
+    "wrapped", [lambda it: it, lambda it: it | None, lambda it: list[it], lambda it: dict[str, it]]
+)
+def test_params_nest_no_model_that_ignores_keys(wrapped: Callable[[Any], Any]) -> None:
+    class Port(BaseModel):
+        number: int = 1
+
+    class Strict(BaseModel, extra="forbid"):
+        number: int = 1
+
+    for good in (GaugeParams, Strict, int):
+        assert create_model("Good", __base__=Params, port=(wrapped(good), None))
+    with pytest.raises(MosaicError) as refused:
+        create_model("Bad", __base__=Params, __module__=__name__, port=(wrapped(Port), None))
+    words = "Bad: its field 'port' is a Port, which ignores a misspelt key. Derive Port from Params."
+    assert str(refused.value).startswith(f"{__file__}:")
+    assert str(refused.value).endswith(words)
 
 
 class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):

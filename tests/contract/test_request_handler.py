@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core import Delivery, Message, MosaicDataType, Request, RequestHandler
+from mosaic_core import Delivery, Message, MosaicDataType, MosaicError, Request, RequestHandler
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.request_handler import answer_type_of
 
@@ -51,20 +51,29 @@ def test_progress_that_is_no_json_is_told_to_its_author() -> None:
         Request().progress(float("nan"))
 
 
+def plain(self: Any, question: Any) -> None:
+    """Does not take the request."""
+
+
 @pytest.mark.parametrize(
     ("written", "mistake"),
     [
-        ({"handle_data": lambda self, data: None}, "instead of `handle_data`"),
-        ({"timeout_s": 1.0}, "`answer_within_s`"),
-        ({"motion_fields": ("n",)}, "`motion_fields`"),
-        ({"delivery": Delivery.LATEST}, "`reliable`"),
-        ({"at_once": 0}, "positive"),
-        ({"answer": lambda self, question: None}, "these two arguments"),
+        ({"handle_data": plain}, "a request is not handled by `handle_data`. Write `answer(self, question, request)`"),
+        ({"timeout_s": 1.0}, "`timeout_s` is for receivers that move something on and on. Write `answer_within_s`"),
+        ({"motion_fields": ("n",)}, "a question has no `motion_fields`. Bound its numbers in its model"),
+        ({"delivery": Delivery.LATEST}, "a request can't be delivered as latest. Write `Delivery.RELIABLE`"),
+        ({"at_once": 0}, "at_once is 0, and no number of requests. Write 1 or more."),
+        ({"at_once": True}, "at_once is True, and no number of requests."),
+        ({"answer_within_s": "10"}, "answer_within_s is '10', and no number of seconds. Write seconds above 0, such"),
+        ({"answer_within_s": 0}, "answer_within_s is 0, and no number of seconds."),
+        ({"answer": plain}, "answer can't be called with (question, request): too many positional arguments."),
     ],
 )
 def test_what_can_not_be_meant_is_told_at_once(written: dict[str, Any], mistake: str) -> None:
-    with pytest.raises(TypeError, match=mistake):
-        type("Wrong", (Twice,), written)
+    with pytest.raises(MosaicError) as refused:
+        type("Wrong", (Twice,), {**written, "__module__": __name__})
+    assert str(refused.value).startswith(f"{__file__}:")
+    assert mistake in str(refused.value)
 
 
 def test_a_question_must_be_told_from_its_envelope() -> None:
@@ -72,7 +81,7 @@ def test_a_question_must_be_told_from_its_envelope() -> None:
         id: str
         question: str
 
-    with pytest.raises(TypeError, match="numbered request"):
+    with pytest.raises(MosaicError, match="numbered request"):
 
         class _Wrong(RequestHandler[Confusing, Reply]):
             def answer(self, question: Confusing, request: Request) -> Reply:

@@ -39,10 +39,14 @@ class Ahead(Fickle):
     widget = "acme-ahead/Panel"
 
 class FickleConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "fickle"
+
     def configure(self) -> Fickle:
         return Fickle(self.label)
 
 class AheadConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "ahead"
+
     def configure(self) -> Ahead:
         return Ahead(self.label)
 """

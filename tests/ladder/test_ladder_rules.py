@@ -42,6 +42,7 @@ ONCE = """    def messages(self) -> Iterator[Reading]:
         self.was_here = True
         for _ in self.every(self.params.period_s):"""
 
+SAFE = "    def make_safe(self, cause: str) -> None:\n        pass\n"
 BREACHES = {
     "loads": (C, "from pydantic import Field", "from pydantic import Fieldd", "ImportError: cannot import"),
     "is-a-configurer": (P, "connector:WheelConfigurer", "connector:Wheel", "acme_gauge.connector:Wheel is no subclass"),
@@ -61,8 +62,8 @@ BREACHES = {
     "device-gone": (C, 'raise DeviceGone("unplugged")', 'raise OSError("unplugged")', "it raises OSError: unplugged"),
     "blocks-nothing": (C, BODY, ASYNC_BODY, "for … in every(…) in an `async def`"),
     "tests-with-kit": ("tests/test_gauge.py", "mosaic_core.testing", "acme_gauge", "none of its tests imports"),
-    "motion-guarded": (C, "    def make_safe(self, cause: str) -> None:\n        pass\n", "", "has no make_safe()"),
-    "safety-drill": (C, "    def make_safe(self, cause: str) -> None:\n        pass\n", "", "safe-action: "),
+    "motion-guarded": (C, "    timeout_s = 0.3\n", "", "Wheel moves and has no timeout_s"),
+    "safety-drill": (C, SAFE, "", "safe-action: "),
     "refuses-garbage": (C, "[Turn]):", "[bytes]):\n    motion_fields = ()", "it fails over"),
     "leaves-nothing": (C, BODY, LEAK, "more threads like 'acme-leak'"),
     "without-hardware": (C, 'default="made-up"', 'default="/dev/gauge"', "it ends with DeviceGone: unplugged"),
@@ -119,15 +120,20 @@ async def test_a_widget_of_a_source_tree_needs_no_installation_but_its_file(plug
     assert [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"] == []
 
 
+async def test_nothing_is_asked_of_a_safe_action_alone(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
+    (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
+    assert (found.verdict, found.faults) == ("does not apply", ())
+
+
 @pytest.mark.parametrize("name", BREACHES)
 async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, name: str) -> None:
     file, old, new, told = BREACHES[name]
     if name == "refuses-garbage":
         plugin.spoil(file, "        pass\n\n    def make_safe", "        int(data)\n\n    def make_safe")
         plugin.spoil(file, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
-    if name in ("motion-guarded", "safety-drill"):  # on the class it would be refused when that is made
-        late = "    def __init__(self, label):\n        super().__init__(label)\n        self.timeout_s = 0.3\n"
-        plugin.spoil(file, "    timeout_s = 0.3\n", late)
+    if name == "safety-drill":  # a time-out without a safe action is refused when the class is made
+        plugin.spoil(file, "    timeout_s = 0.3\n", "")
     plugin.spoil(file, old, new)
     found = [one for one in await findings(plugin, only=(name,)) if one.verdict == "failed"]
     (fault, *_) = found[0].faults

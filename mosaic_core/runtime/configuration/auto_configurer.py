@@ -15,7 +15,7 @@ import pluggy
 from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
-from mosaic_core.contract.handler import Handler
+from mosaic_core.contract.handler import Handler, check_made
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
@@ -31,12 +31,13 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
-from mosaic_core.runtime.configuration.plugin_loading import explained_error, standing_at
+from mosaic_core.runtime.configuration.mistakes.unmade import broken, unmade
+from mosaic_core.runtime.configuration.plugin_loading import standing_at
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
 from mosaic_core.words.config import LABEL, RobotConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem
 
 Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
 
@@ -123,7 +124,7 @@ class AutoConfigurer:
             try:
                 made.append((one, one.configurer(label, one.params, safety=one.safety, shared=self.shared.of(label))))
             except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-                problems.append(_broken(one, explained_error(error)))
+                problems += unmade(one, error)
         return made
 
 
@@ -144,38 +145,40 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
             problems += widget_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
-            problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))
+            problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
     problems += label_problems(known)
     problems += folder_problems([one for one, _ in made])
     problems += _taken_channels(connectors, {one.config.label: one for one, _ in made})
     return connectors
 
 
-def _broken(one: CheckedConnector, cause: str) -> Problem:
-    return one.broken(f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}")
-
-
 def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
-    def broken(cause: str) -> tuple[Handler, ...]:
-        problems.append(_broken(one, cause))
+    def refused(cause: str) -> tuple[Handler, ...]:
+        problems.append(broken(one, cause))
         return ()
 
     try:
         made = configurer.configure()
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-        return broken(explained_error(error))
+        problems += unmade(one, error)
+        return ()
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
-        return broken(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
+        return refused(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
     unnamed = next(
         (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
     )
     if unnamed is not None:
         how = f"call super().__init__(label) with a text in {unnamed.__name__}.__init__"
-        return broken(f"its handler has no label: {how}{standing_at(unnamed)}")
+        return refused(f"its handler has no label: {how}{standing_at(unnamed)}")
     bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
     if bad:
-        return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+        return refused(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+    try:
+        for handler in handlers:
+            check_made(handler)
+    except MosaicError as wrong:
+        return refused(wrong.message)
     return handlers
 
 
@@ -199,6 +202,16 @@ def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, Check
                     checked[connector.config.label].problem(message, "label", code="config.duplicate_label")
                 )
         if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
-            message = f"connector '{connector.config.label}' makes two channels of one name"
-            problems.append(checked[connector.config.label].broken(message))
+            problems.append(_twins(connector, checked[connector.config.label]))
     return problems
+
+
+def _twins(connector: Connector, one: CheckedConnector) -> Problem:
+    """Two handlers of one connector whose label is the same."""
+    labels = [handler.label for handler in connector.handlers]
+    label = next(label for label in labels if labels.count(label) > 1)
+    kinds = [type(handler) for handler in connector.handlers if handler.label == label]
+    places = " and ".join(f"{kind.__name__}{standing_at(kind)}" for kind in kinds)
+    whose = f"connector '{one.config.label}' of {one.installed.source}"
+    cure = 'give each a label of its own, such as f"{self.label}_state"'
+    return one.broken(f"{whose} makes two channels '{label}': {places}", cure=cure)

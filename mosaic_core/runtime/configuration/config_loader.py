@@ -15,6 +15,7 @@ from typing import Any
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_hints import hints_of
 from mosaic_core.runtime.configuration.config_problems import known_keys, sound_part, validated
+from mosaic_core.runtime.configuration.plugin_loading import explained_error
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
 from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig
@@ -159,7 +160,11 @@ class _Checker:
         data = raw.get(key)
         if data is not None and not isinstance(data, dict):
             return None  # the structure's mistake, and already reported as such
-        value, problems = validated(model, data or {}, self._document, place)
+        try:
+            value, problems = validated(model, data or {}, self._document, place)
+        except Exception as error:  # noqa: BLE001 - a plugin's validator may fail in any way
+            message = f"'{key}' of '{raw['type']}' can't be checked: {explained_error(error)}"
+            value, problems = None, [self._document.problem(place, message, code="config.broken_plugin")]
         self.problems += problems
         return value
 

@@ -3,60 +3,22 @@ expectation, nearest name."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any, TypeVar, get_args
 
 from pydantic import AliasChoices, BaseModel, SecretStr, ValidationError
 from pydantic_core import ErrorDetails
 
-from mosaic_core.runtime.configuration.resolver import guess
+from mosaic_core.runtime.configuration.mistakes.choices import real_place, told_once
+from mosaic_core.runtime.configuration.mistakes.expectations import EXPLAINED, expectation
+from mosaic_core.runtime.configuration.mistakes.nearest_name import guess
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.errors import Problem
-from mosaic_core.words.safety_config import FIELD_PATH
 
 M = TypeVar("M", bound=BaseModel)
 
-_QUOTED = re.compile(r"'([^']*)'")
 _WANTS_TEXT = ("string_type", "path_type", "bytes_type")
 _SECRET_KEYS = frozenset({"token", "credential", "password", "secret", "api_key"})
-
-_EXPLAINED = ("value_error", "assertion_error")
-"""A validator's own words, which name the value themselves."""
-_PATTERNS = {  # by key, or by the pattern itself where plugins may have keys of that name
-    "label": "letters, digits and _.:/- (at most 64, a letter or digit first; names starting with '_' are reserved)",
-    "ws_url": "a URL without a path such as wss://mosaic.example.org",
-    r"^[a-z][a-z0-9_-]{0,31}$": "a name of small letters, digits, - and _ (at most 32, a letter first) such as arm",
-    FIELD_PATH: "the dotted path of a number in the message, such as linear.x",
-}
-_WEB_SCHEME = re.compile(r"https?://", re.IGNORECASE)
-_EXPECTED = {
-    "int_type": "a whole number",
-    "int_parsing": "a whole number",
-    "int_from_float": "a whole number",
-    "float_type": "a number",
-    "float_parsing": "a number",
-    "finite_number": "a finite number",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "string_type": "text",
-    "dict_type": "a mapping of keys to values",
-    "model_type": "a mapping of keys to values",
-    "model_attributes_type": "a mapping of keys to values",
-    "tuple_type": "a list",
-    "list_type": "a list",
-    "uuid_parsing": "a UUID such as 7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11",
-    "uuid_type": "a UUID such as 7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11",
-    "greater_than": "a number > {gt}",
-    "greater_than_equal": "a number ≥ {ge}",
-    "less_than": "a number < {lt}",
-    "less_than_equal": "a number ≤ {le}",
-    "multiple_of": "a multiple of {multiple_of}",
-    "string_too_short": "at least {min_length} characters",
-    "string_too_long": "at most {max_length} characters",
-    "too_short": "a list of at least {min_length}",
-    "too_long": "a list of at most {max_length}",
-}
 
 
 def validated(
@@ -85,7 +47,7 @@ def validated(
         except ValidationError as error:
             mistakes = error.errors(include_url=False)
     problems = []
-    for mistake, word in _told_once(mistakes):
+    for mistake, word in told_once(mistakes, document, base):
         place = real_place(mistake["loc"], document, base)
         if any(place[:length] in document.unknown for length in range(len(place) + 1)):
             continue
@@ -125,23 +87,6 @@ def _without(data: Any, place: Place) -> Any:
     return {name: value for name, value in data.items() if name != key}
 
 
-def _told_once(mistakes: Sequence[ErrorDetails]) -> Iterator[tuple[ErrorDetails, str]]:
-    """Each mistake, and the word (``'off'``) that could stand in its place: where a value or a word is taken, pydantic
-    complains once about either."""
-    words = {one["loc"][:-1]: one for one in mistakes if "".join(map(str, one["loc"][-1:])).startswith("literal[")}
-    words = {loc: one for loc, one in words.items() if any(_is_beside(other, one) for other in mistakes)}
-    for one in mistakes:
-        if one not in words.values():
-            word = words.get(one["loc"][:-1])
-            yield one, "" if word is None else str(word.get("ctx", {}).get("expected", ""))
-
-
-def _is_beside(other: ErrorDetails, one: ErrorDetails) -> bool:
-    """Whether ``other`` is another opinion on the value that ``one`` speaks of, or on something in it."""
-    loc = one["loc"]
-    return len(other["loc"]) >= len(loc) and other["loc"][: len(loc) - 1] == loc[:-1] and other["loc"] != loc
-
-
 def _meant_as_text(mistakes: list[ErrorDetails], document: YamlDocument, base: Place) -> Iterator[Place]:
     for mistake in mistakes:
         place = real_place(mistake["loc"], document, base)
@@ -160,24 +105,15 @@ def _replaced(data: Any, place: Place, value: Any) -> Any:
     return [*data[:key], _replaced(data[key], rest, value), *data[key + 1 :]]
 
 
-def real_place(loc: tuple[int | str, ...], document: YamlDocument, base: Place) -> Place:
-    """Pydantic's location as a place of the file; names of union members, which the file lacks, are left out."""
-    place = base
-    for part in loc:
-        if document.has((*place, part)):
-            place = (*place, part)
-    return place
-
-
 def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], document: YamlDocument, word: str) -> Problem:
     loc = mistake["loc"]
+    if mistake["type"] == "missing" and isinstance(loc[-1], int):
+        return document.problem(place, f"item {loc[-1] + 1} of the list is missing", cure=_description(model, loc[:-1]))
     if mistake["type"] == "missing":
         return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
-    message, meant = _expectation(mistake, str(place[-1]) if place else "")
-    if word and mistake["type"] in _EXPECTED:
-        message, meant = f"{message} or {word}", guess(str(mistake["input"]), _QUOTED.findall(word), meant)
+    message, meant = expectation(mistake, str(place[-1]) if place else "", word)
     cure = _description(model, loc) if mistake["type"] == "literal_error" else ""
-    got = "" if mistake["type"] in _EXPLAINED else _shown(mistake["input"], place, document)
+    got = "" if mistake["type"] in EXPLAINED else _shown(mistake["input"], place, document)
     return document.problem(place, message + got + _empty_references(place, document), cure=cure, guess=meant)
 
 
@@ -185,27 +121,6 @@ def _empty_references(place: Place, document: YamlDocument) -> str:
     """What is written at ``place`` or below it and came out empty: the variable is there, but nothing in it."""
     below = [one for one in document.secret if one[: len(place)] == place and not document.texts[one]]
     return "".join(f"; {document.secret[one]} is set, but empty" for one in below)
-
-
-def _expectation(mistake: ErrorDetails, key: str) -> tuple[str, str]:
-    kind = mistake["type"]
-    context = {name: f"{one:g}" if isinstance(one, float) else one for name, one in mistake.get("ctx", {}).items()}
-    if kind in ("literal_error", "enum"):
-        known = _QUOTED.findall(str(context.get("expected", "")))
-        return f"expected {context.get('expected')}", guess(str(mistake["input"]), known)
-    web_scheme = _WEB_SCHEME.match(str(mistake["input"]))
-    if kind == "string_pattern_mismatch" and key == "ws_url" and web_scheme:
-        written = web_scheme[0].lower()
-        cure = f"write {written.replace('http', 'ws')} instead of {written}"
-        return "expected a URL that begins with ws:// or wss://", cure
-    for known_as in (key, str(context.get("pattern"))):
-        if kind == "string_pattern_mismatch" and known_as in _PATTERNS:
-            return f"expected {_PATTERNS[known_as]}", ""
-    if kind in _EXPLAINED:
-        return str(context.get("error", mistake["msg"])), ""
-    if kind in _EXPECTED:
-        return f"expected {_EXPECTED[kind].format(**context)}", ""
-    return mistake["msg"][:1].lower() + mistake["msg"][1:], ""
 
 
 def _shown(value: Any, place: Place, document: YamlDocument) -> str:

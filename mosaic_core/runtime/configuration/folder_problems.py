@@ -7,8 +7,8 @@ from pathlib import Path
 
 from mosaic_core.contract.params import OwnFolder
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.configuration.config_problems import real_place
 from mosaic_core.runtime.configuration.handler_problems import named_in
+from mosaic_core.runtime.configuration.mistakes.choices import real_place
 from mosaic_core.words.errors import Problem
 
 

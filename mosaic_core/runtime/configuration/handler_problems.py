@@ -14,8 +14,8 @@ from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.configuration.config_problems import real_place
-from mosaic_core.runtime.configuration.resolver import guess
+from mosaic_core.runtime.configuration.mistakes.choices import real_place
+from mosaic_core.runtime.configuration.mistakes.nearest_name import guess
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import MosaicError, Problem

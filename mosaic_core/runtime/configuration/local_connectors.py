@@ -19,7 +19,7 @@ from traceback import extract_tb
 from types import ModuleType
 
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
-from mosaic_core.words.errors import Problem
+from mosaic_core.words.errors import MosaicError, Problem
 
 FOLDER = "connectors"
 _CONFIGURERS = {"Configurer", "DataChannelConfigurer", "MediaTrackConfigurer"}
@@ -57,6 +57,8 @@ class LocalConnector:
 
     def explained(self, error: BaseException) -> str:
         """Why the file could not be imported, with the line of the folder where it happened."""
+        if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
+            return error.message  # which begins with the place
         frames = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).parent == self.file.parent]
         name, line = (frames[-1].filename, frames[-1].lineno) if frames else (str(self.file), None)
         if isinstance(error, SyntaxError):

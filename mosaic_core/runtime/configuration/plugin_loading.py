@@ -6,14 +6,18 @@ import inspect
 import sys
 from collections.abc import Callable
 from importlib.metadata import EntryPoint
+from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import iter_modules
 from traceback import extract_tb
 from typing import Any
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
-from mosaic_core.words.errors import PluginError
+from mosaic_core.runtime.configuration.mistakes.nearest_name import guess
+from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.errors import MosaicError, PluginError
 
 _CORE = str(Path(__file__).parents[2])
 
@@ -22,32 +26,36 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     """Import a plugin that ``source`` ships and check that it keeps the contract; :class:`PluginError` otherwise.
     ``local``: where it stands, if it is not installed."""
 
-    def broken(cause: str) -> PluginError:
+    def broken(cause: str, cure: str | None = None) -> PluginError:
         message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
         code = "config.broken_plugin" if local is None else "config.broken_local"
-        return PluginError(message, distribution=source, code=code)
+        return PluginError(message, distribution=source, code=code, cure=cure)
 
     try:  # an import may fail in any way, even by sys.exit()
         if local is not None:
             local.prepare()
         loaded = entry_point.load()
     except (Exception, SystemExit) as error:
-        explained = explained_error(error) if local is None else local.explained(error)
-        raise broken(explained) from error
+        if local is not None:
+            raise broken(local.explained(error)) from error
+        raise broken(*(missing_part(entry_point, error) or (explained_error(error),))) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
         at = standing_at(loaded) if local is None else ""
-        raise broken(f"{named} is not a Configurer class{at}")
+        raise broken(f"{named} is not a Configurer class{at}", _configurer_meant(entry_point))
     _check(loaded, entry_point, broken)
     return loaded
 
 
-def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Callable[[str], PluginError]) -> None:
+def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Callable[..., PluginError]) -> None:
     at = standing_at(loaded)
     version = api_version(loaded)
     if version != API_VERSION:
         raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}{at}")
-    if loaded.connector_type not in ("", entry_point.name):
+    if not loaded.connector_type and entry_point.dist is not None:
+        cure = f'write connector_type = "{entry_point.name}" in {loaded.__name__}, as its entry point is called'
+        raise broken(f"{loaded.__name__} has no connector_type{at}", cure)
+    if loaded.connector_type != entry_point.name:
         cure = f'name both alike: connector_type = "{entry_point.name}", or the entry point'
         raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure}){at}")
     missing = sorted(getattr(loaded, "__abstractmethods__", ()))
@@ -56,16 +64,69 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Calla
     model: object = loaded.params_model
     if not (isinstance(model, type) and issubclass(model, Params)):
         raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params{at}")
+    safety: object = loaded.safety_model
+    if not (isinstance(safety, type) and issubclass(safety, SafetyConfig)):
+        raise broken(f"the safety_model of {loaded.__name__} is {safety!r}, no subclass of SafetyConfig{at}")
+    for name in ("example", "trial"):
+        if not isinstance(getattr(loaded, name), dict | None):
+            raise broken(f"the {name} of {loaded.__name__} is no mapping of params{at}")
+
+
+def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str] | None:
+    """What of an entry point's module and class is not there, and the cure; ``None`` if both are."""
+    written = f'{entry_point.name} = "{entry_point.value}"'
+    again = f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        if f"{entry_point.module}.".startswith(f"{error.name}."):
+            cure = guess(entry_point.module, _modules_beside(entry_point.module))
+            return f"its entry point names the module '{error.name}', which is not installed", _both(cure, again)
+        message = f"its module {entry_point.module} needs '{error.name}', which is not installed{_at(error)}"
+        return message, f"install {error.name}, and name it among the dependencies of the distribution"
+    module, (name, *_) = sys.modules.get(entry_point.module), entry_point.attr.split(".")
+    if isinstance(error, AttributeError) and module is not None and not hasattr(module, name):
+        message = f"its entry point names '{name}', which the module {entry_point.module} does not have"
+        return f"{message} ({module.__file__})", _both(_configurer_meant(entry_point), again)
+    return None
+
+
+def _configurer_meant(entry_point: EntryPoint) -> str:
+    """The configurer of its module that an entry point probably means, or all of them."""
+    module = sys.modules.get(entry_point.module)
+    known = [name for name, value in vars(module).items() if _is_configurer(value)] if module is not None else []
+    return guess(entry_point.attr, known, f"it has: {', '.join(known)}" if known else "it has no configurer")
+
+
+def _both(cure: str, again: str) -> str:
+    return f"{cure}; {again}" if cure else again
+
+
+def _is_configurer(value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, Configurer) and not value.__module__.startswith("mosaic_core.")
+
+
+def _modules_beside(name: str) -> list[str]:
+    """The modules of the package that should have the module ``name``."""
+    package = name.rpartition(".")[0]
+    spec = find_spec(package) if package.partition(".")[0] in sys.modules else None
+    found = iter_modules(spec.submodule_search_locations) if spec is not None else ()
+    return [f"{package}.{one.name}" for one in found]
+
+
+def _at(error: BaseException) -> str:
+    place = place_of(error)
+    return f" ({place})" if place else ""
 
 
 def explained_error(error: BaseException) -> str:
     """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
-    place = _place_of(error)
-    return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
+    if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
+        return error.message  # which begins with the place
+    place = place_of(error)
+    return f"{type(error).__name__}: {error}" + ("" if place in str(error) else _at(error))
 
 
-def _place_of(error: BaseException) -> str:
-    """The innermost line that is neither the framework's nor the import system's."""
+def place_of(error: BaseException) -> str:
+    """``FILE:LINE`` where it was raised: the innermost line that is neither the framework's nor the import system's."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"{error.filename}:{error.lineno}"
     frames = [

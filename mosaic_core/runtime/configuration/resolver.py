@@ -6,7 +6,6 @@ imported when a configuration uses it, and only then can it be broken.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +13,7 @@ from importlib.metadata import Distribution, EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector, LocalConnectors
+from mosaic_core.runtime.configuration.mistakes.nearest_name import nearest
 from mosaic_core.words.errors import MosaicError
 
 if TYPE_CHECKING:
@@ -44,19 +44,6 @@ class InstalledConnector:
     def place(self) -> str:
         """The source, with the line of a file."""
         return self.source if self.local is None else f"{self.source}:{self.local.line}"
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known name that ``word`` was probably meant to be."""
-    by_lower = {name.lower(): name for name in sorted(known, reverse=True)}
-    match = difflib.get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
-    return by_lower[match[0]] if match else None
-
-
-def guess(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The cure for a word that nobody knows: the name that was probably meant, else ``otherwise``."""
-    match = nearest(word, known)
-    return f"did you mean '{match}'?" if match else otherwise
 
 
 class ConnectorResolver:

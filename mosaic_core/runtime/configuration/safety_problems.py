@@ -13,6 +13,8 @@ from mosaic_core.contract.message_fields import has_two_names
 from mosaic_core.machines.commands.number_list import EVERY
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.runtime.configuration.mistakes.nearest_name import guess
+from mosaic_core.runtime.configuration.plugin_loading import standing_at
 from mosaic_core.runtime.configuration.receiver_safety import (
     ReceiverSafety,
     bounds_of,
@@ -22,7 +24,7 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     takes_field,
     with_those_of_all,
 )
-from mosaic_core.runtime.configuration.resolver import guess
+from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import Problem
 from mosaic_core.words.limits import FieldLimit, ImpossibleLimit, MotionKind, clashes
 from mosaic_core.words.safety_config import FieldBounds
@@ -47,6 +49,19 @@ def _idle_resource(one: CheckedConnector, found: list[DataChannelReceivable[Any]
             f"connector '{one.config.label}' needs no lease to be commanded, so '{safety.resource}' guards nothing"
         )
         yield one.problem(message, "safety", "resource", cure="add `requires_lease: true`, or remove `resource`")
+    for handler in found:
+        if _names_idle_resource(safety, handler):
+            kind = type(handler)
+            whose = f"connector '{one.config.label}' of {one.installed.source}: {kind.__name__}{standing_at(kind)}"
+            cure = f"write requires_lease = True in {kind.__name__}, or remove its resource"
+            message = f"{whose} needs no lease, so that its resource '{handler.resource}' guards nothing"
+            yield one.broken(message, cure=cure)
+
+
+def _names_idle_resource(safety: SafetyConfig, handler: DataChannelReceivable[Any]) -> bool:
+    """Whether its class names a lease that it does not need, and the file says nothing else."""
+    is_named = handler.resource != DataChannelReceivable.resource and safety.requires_lease is None
+    return is_named and not handler.requires_lease
 
 
 def _unknown_fields(one: CheckedConnector, found: list[DataChannelReceivable[Any]]) -> Iterator[Problem]:

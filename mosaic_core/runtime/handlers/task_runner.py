@@ -8,6 +8,7 @@ import time
 from collections.abc import AsyncIterator
 from typing import Any
 
+from mosaic_core.contract.declared.yielded import hand_over
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
 from mosaic_core.runtime.threads.failures import Failures
@@ -115,7 +116,7 @@ class TaskRunner(Runner):
             async for item in stream:
                 if self._host.is_stopping:
                     return
-                self._consume(item)
+                hand_over(stream, item, self._consume)
                 self._failures.alive()
                 await asyncio.sleep(0)  # a body that never waits must not stop the others
         finally:

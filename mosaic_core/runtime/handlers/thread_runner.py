@@ -5,11 +5,10 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterable
-from typing import Any
 
+from mosaic_core.contract.declared.yielded import hand_over
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
-from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
+from mosaic_core.runtime.handlers.runner import Body, Consume, Runner, items_of
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import HandlerThread
 
@@ -81,12 +80,12 @@ class ThreadRunner(Runner):
                 self._has_ended = not self._host.is_stopping
 
     def _iterate(self) -> None:
-        stream: Iterable[Any] = self._body()
+        stream = items_of(self._body)
         try:
             for item in stream:
                 if self._host.is_stopping:
                     return
-                self._consume(item)
+                hand_over(stream, item, self._consume)
                 self._failures.alive()
         finally:
             close = getattr(stream, "close", None)

@@ -1,4 +1,4 @@
-"""Thirty plugins, ten of them broken in different ways: each is told with its distribution, file and line, and breaks
+"""Thirty plugins, thirteen of them broken in different ways: each is told with distribution, file and line, and breaks
 nobody else."""
 
 from __future__ import annotations
@@ -33,7 +33,12 @@ class Configurer(DataChannelConfigurer[NoParams]):
         return Heart(self.label)
 '''
 BROKEN: dict[str, tuple[str, str, int, str]] = {
-    "import": ("from mosaic_core import", "from mosaic_coree import", 1, "ModuleNotFoundError: No module named"),
+    "import": (
+        "from mosaic_core import",
+        "from mosaic_coree import",
+        1,
+        "needs 'mosaic_coree', which is not installed",
+    ),
     "syntax": ("class Beat(Message):", "class Beat(Message:", 3, "SyntaxError"),
     "class": (
         "class Configurer(DataChannelConfigurer[NoParams]):",
@@ -42,6 +47,9 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
         "is not a Configurer class",
     ),
     "type": ('connector_type = "TYPE"', 'connector_type = "other"', 11, "says that its connector_type is 'other'"),
+    "untyped": ('    connector_type = "TYPE"\n', "", 11, "Configurer has no connector_type"),
+    "word": ("    def configure", "    exmple = {}\n    def configure", 11, "did you mean 'example'?"),
+    "value": ("    def messages", "    runs = 'now'\n    def messages", 6, "runs is 'now', and no time to run"),
     "version": (
         "class Beat(Message):",
         "MOSAIC_API_VERSION = 9\nclass Beat(Message):",
@@ -76,7 +84,7 @@ def install(folder: Path, name: str, source: str, connector_type: str = "") -> N
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where they are installed."""
     folder = tmp_path_factory.mktemp("site-packages")
-    for number in range(20):
+    for number in range(17):
         install(folder, f"good{number}", GOOD)
     for name, (old, new, _, _) in BROKEN.items():
         assert old in GOOD

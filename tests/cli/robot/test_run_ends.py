@@ -63,12 +63,16 @@ class BaseParams(Params):
 
 
 class BaseConfigurer(DataChannelConfigurer[BaseParams]):
+    connector_type = "acme-base"
+
     def configure(self):
         return Base(self.label, self.params.told)
 
 
 def made(body):
     class Made(DataChannelConfigurer):
+        connector_type = f"acme-{body.__name__.lower()}"
+
         def configure(self):
             return body(self.label)
     return Made

@@ -95,6 +95,8 @@ class Eye(MediaTrackHandler):
 
 
 class EyeConfigurer(MediaTrackConfigurer[NoParams]):
+    connector_type = "eye"
+
     def configure(self) -> Eye:
         return Eye(self.label)
 
@@ -109,11 +111,15 @@ class Answer(DataChannelSendable[str]):
 
 
 class PairConfigurer(Configurer[NoParams]):
+    connector_type = "pair"
+
     def configure(self) -> list[Handler]:
         return [Pair(f"{self.label}-receiver"), Answer(f"{self.label}-sender")]
 
 
 class FaultyConfigurer(Configurer[NoParams]):
+    connector_type = "faulty"
+
     def configure(self) -> Handler:
         raise OSError("no such bus")
 
@@ -123,6 +129,8 @@ class LeavingParams(Params):
 
 
 class LeavingConfigurer(Configurer[LeavingParams]):
+    connector_type = "leaving"
+
     def __init__(self, label: str, params: LeavingParams, **more: Any) -> None:
         super().__init__(label, params, **more)
         if params.when == "made":
@@ -133,11 +141,15 @@ class LeavingConfigurer(Configurer[LeavingParams]):
 
 
 class NothingConfigurer(Configurer[NoParams]):
+    connector_type = "nothing"
+
     def configure(self) -> Any:
         return None
 
 
 class HiddenConfigurer(Configurer[NoParams]):
+    connector_type = "hidden"
+
     def configure(self) -> Handler:
         return Gauge("_hidden")
 
@@ -153,6 +165,8 @@ class Odd(DataChannelSendable[Strange]):
 
 
 class OddConfigurer(Configurer[NoParams]):
+    connector_type = "odd"
+
     def configure(self) -> Handler:
         return Odd(self.label)
 
@@ -166,6 +180,8 @@ class WatcherParams(Params):
 
 
 class WatcherConfigurer(DataChannelConfigurer[WatcherParams]):
+    connector_type = "watcher"
+
     def configure(self) -> Gauge:
         return Gauge(self.label)
 
@@ -175,7 +191,7 @@ class NotAConfigurer:
 
 
 class Unfinished(DataChannelConfigurer[NoParams]):
-    pass
+    connector_type = "unfinished"
 '''
 
 TYPES = {

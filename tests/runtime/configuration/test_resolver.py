@@ -8,7 +8,8 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, nearest
+from mosaic_core.runtime.configuration.mistakes.nearest_name import nearest
+from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 from mosaic_core.words.errors import MosaicError, PluginError
 
@@ -16,6 +17,8 @@ CONFIGURER = """
 {before}
 from mosaic_core import *
 class Configurer(DataChannelConfigurer[NoParams]):
+    connector_type = "{type}"
+    {more}
     def configure(self): ...
 """
 
@@ -70,7 +73,7 @@ def test_of_many_types_the_nearest_is_told_and_where_the_others_are(word: str, m
 
 
 def test_two_distributions_with_one_type_are_both_named(install_distribution: InstallDistribution) -> None:
-    module = {"both": CONFIGURER.format(before="")}
+    module = {"both": CONFIGURER.format(before="", type="lamp", more="")}
     point = {"mosaic.connectors": {"lamp": "both:Configurer"}}
     install_distribution("acme-lamp", version="1.2", modules=module, entry_points=point)
     install_distribution("other-lamp", version="0.3", entry_points=point)
@@ -85,7 +88,7 @@ def test_two_distributions_with_one_type_are_both_named(install_distribution: In
 @pytest.mark.parametrize(
     ("name", "cause"),
     [
-        ("no-module", "ModuleNotFoundError: No module named 'acme_missing'"),
+        ("no-module", "its entry point names the module 'acme_missing', which is not installed"),
         ("no-configurer", "acme_gauges:NotAConfigurer is not a Configurer class"),
         ("unfinished", "Unfinished does not implement configure"),
     ],
@@ -113,7 +116,7 @@ def test_whatever_a_plugin_does_while_it_is_imported_is_told(
 ) -> None:
     install_distribution(
         "acme-odd",
-        modules={"acme_odd": CONFIGURER.format(before=before)},
+        modules={"acme_odd": CONFIGURER.format(before=before, type="odd", more="")},
         entry_points={"mosaic.connectors": {"odd": "acme_odd:Configurer"}},
     )
     with pytest.raises(PluginError, match=r"of acme-odd 1\.0\.0 can't be used") as caught:
@@ -121,8 +124,61 @@ def test_whatever_a_plugin_does_while_it_is_imported_is_told(
     assert cause in caught.value.message
 
 
+def broken_by(install: InstallDistribution, value: str, **modules: str) -> PluginError:
+    """What is said of a plugin whose entry point is ``odd = value``."""
+    install("acme-odd", modules=modules, entry_points={"mosaic.connectors": {"odd": value}})
+    with pytest.raises(PluginError) as caught:
+        ConnectorResolver().resolve("odd")
+    return caught.value
+
+
+def test_a_class_that_is_not_there_is_told_with_the_nearest(install_distribution: InstallDistribution) -> None:
+    module = CONFIGURER.format(before="", type="odd", more="")
+    error = broken_by(install_distribution, "acme_odd1:Configurerr", acme_odd1=module)
+    assert "its entry point names 'Configurerr', which the module acme_odd1 does not have (/" in error.message
+    assert error.cure == (
+        "did you mean 'Configurer'?; correct `odd = \"acme_odd1:Configurerr\"` among the entry points in its "
+        "pyproject.toml, and install it again"
+    )
+
+
+@pytest.mark.parametrize(("value", "meant"), [("acme_p.gauges:G", "did you mean 'acme_p.gauge'?; "), ("acme_x:G", "")])
+def test_a_module_that_is_not_there_is_told_with_the_nearest(
+    install_distribution: InstallDistribution, value: str, meant: str
+) -> None:
+    error = broken_by(install_distribution, value, **{"acme_p/__init__": "", "acme_p/gauge": ""})
+    assert f"its entry point names the module '{value[:-2]}', which is not installed" in error.message
+    assert error.cure.startswith(f"{meant}correct `odd = ")
+
+
+def test_a_library_that_is_not_there_is_no_fault_of_the_entry_point(install_distribution: InstallDistribution) -> None:
+    error = broken_by(install_distribution, "acme_odd2:Configurer", acme_odd2="\nimport acme_driver_lib\n")
+    assert "its module acme_odd2 needs 'acme_driver_lib', which is not installed (/" in error.message
+    assert "acme_odd2.py:2)" in error.message
+    assert error.cure == "install acme_driver_lib, and name it among the dependencies of the distribution"
+
+
+@pytest.mark.parametrize(
+    ("module", "words", "cure"),
+    [
+        (CONFIGURER.format(before="", type="", more=""), "Configurer has no connector_type (/", "write connector_type"),
+        (CONFIGURER.format(before="", type="odd", more="example = 3"), "the example of Configurer is no mapping", ""),
+        (CONFIGURER.format(before="", type="odd", more="safety_model = Params"), "the safety_model of Configurer", ""),
+        ("def Configurer(): ...", "acme_odd3:Configurer is not a Configurer class (/", "it has no configurer"),
+    ],
+)
+def test_what_a_configurer_says_wrongly_is_told(
+    install_distribution: InstallDistribution, module: str, words: str, cure: str
+) -> None:
+    error = broken_by(install_distribution, "acme_odd3:Configurer", acme_odd3=module)
+    assert words in error.message
+    assert error.cure.startswith(cure)
+
+
 def test_the_right_api_version_may_be_declared(install_distribution: InstallDistribution) -> None:
-    install_distribution("acme-good", modules={"acme_good": CONFIGURER.format(before="MOSAIC_API_VERSION = 1")})
+    install_distribution(
+        "acme-good", modules={"acme_good": CONFIGURER.format(before="MOSAIC_API_VERSION = 1", type="good", more="")}
+    )
     resolver = ConnectorResolver([EntryPoint("good", "acme_good:Configurer", "mosaic.connectors")])
     assert resolver.resolve("good").__name__ == "Configurer"
     assert resolver.find("good").source == "acme_good"

@@ -108,6 +108,39 @@ def test_a_failing_body_restarts_and_is_logged_once_lost_and_once_back(
     assert sum("is back" in record.message for record in caplog.records) == 1
 
 
+class Wrong(DataChannelSendable[str]):
+    def messages(self) -> Iterator[Any]:
+        yield "good"
+        yield 3
+
+
+class WrongTask(DataChannelSendable[str]):
+    async def messages(self) -> AsyncIterator[Any]:
+        yield "good"
+        yield 3
+
+
+@pytest.mark.parametrize("kind", [Wrong, WrongTask])
+async def test_what_is_not_declared_is_told_with_the_line_of_its_yield(kit: Any, kind: Any) -> None:
+    async with Setup(kind("it")) as setup:
+        await kit.until(lambda: setup.failures)
+    line = kind.messages.__code__.co_firstlineno + 2
+    assert str(setup.failures[0]) == f"{kind.__name__} ({__file__}:{line}) declares str and sends int"
+    assert setup.sent[0] == b"good"
+
+
+async def test_a_body_that_returns_nothing_to_send_is_told_with_its_line(kit: Any) -> None:
+    class Forgets(DataChannelSendable[str]):
+        def messages(self) -> Any:
+            self.send("good")
+
+    async with Setup(Forgets("it")) as setup:
+        await kit.until(lambda: setup.failures)
+    place = f"{__file__}:{Forgets.messages.__code__.co_firstlineno}"
+    name = Forgets.messages.__qualname__
+    assert str(setup.failures[0]) == f"{name}() ({place}) returned NoneType, and nothing to send. Let it yield."
+
+
 async def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:
     handler = Flaky()
     async with Setup(handler) as setup:

@@ -20,7 +20,8 @@ def unknown_field(model: type[BaseModel], data: Mapping[str, Any]) -> MosaicErro
     unknown = next((name for name in data if name not in known), None)
     if unknown is None:
         return None
-    message = f"{_caller()}{model.__name__} has no field '{unknown}'{hint_at(unknown, known)}"
+    place = caller()
+    message = f"{place}{': ' if place else ''}{model.__name__} has no field '{unknown}'{hint_at(unknown, known)}"
     cure = f"It has: {', '.join(known)}. Whatever else a device says is left out by {model.__name__}.model_validate(…)."
     return MosaicError(f"{message} {cure}", code="plugin.wrong_message", cure=cure)
 
@@ -70,9 +71,11 @@ def _with_nan(value: Any, loc: tuple[int | str, ...]) -> Any:
     return math.nan
 
 
-def _caller() -> str:
-    """``file:line: `` of whoever makes the message; empty where there is no such frame."""
+def caller() -> str:
+    """``file:line`` of the code that called the contract; empty where that is the framework's own."""
     frame = inspect.currentframe()
     while frame is not None and frame.f_globals.get("__name__", "").startswith("mosaic_core.contract."):
         frame = frame.f_back
-    return "" if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno}: "
+    if frame is None or frame.f_globals.get("__name__", "").startswith("mosaic_core."):
+        return ""
+    return f"{frame.f_code.co_filename}:{frame.f_lineno}"

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel, PydanticUserError, ValidationError
 from pydantic_core import PydanticSerializationError
 
+from mosaic_core.contract.declared.unsent import caller
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
 from mosaic_core.words.errors import MosaicError
@@ -22,9 +23,23 @@ logger = logging.getLogger(__name__)
 JsonMessage: TypeAlias = "BaseModel | Mapping[str, Any] | list[Any]"
 _BYTES = (bytes, bytearray, memoryview)
 _JSON = (dict, list, tuple, BaseModel, Mapping)
-_CONTRACT = str(Path(__file__).parent)
+_CONTRACT = str(Path(__file__).parents[1])
 MAX_TOLD = 64
 """Fields of one class that the log names; keys of mappings may be without number."""
+
+
+class WrongMessage(MosaicError):
+    """A handler sends what its class does not declare. ``place``: where it is written, as far as that is known."""
+
+    def __init__(self, handler: type, place: str, what: str) -> None:
+        at = f" ({place})" if place else ""
+        super().__init__(f"{handler.__qualname__}{at} {what}", code="plugin.wrong_message")
+        self._handler = handler
+        self._what = what
+
+    def told_at(self, place: str) -> WrongMessage:
+        """The same with the line that sent it; itself where none is known."""
+        return WrongMessage(self._handler, place, self._what) if place else self
 
 
 class DeclaredMessage:
@@ -97,12 +112,11 @@ class DeclaredMessage:
         except PydanticUserError:
             return None
 
-    def _wrong(self, value: Any, fields: str) -> MosaicError:
+    def _wrong(self, value: Any, fields: str) -> WrongMessage:
         name = getattr(self._declared, "__name__", str(self._declared))
         what = f"keys {', '.join(map(str, list(value)[:8]))}" if isinstance(value, Mapping) else type(value).__name__
         detail = f" ({fields})" if fields else ""
-        message = f"{self._handler.__qualname__}{self._place} declares {name} and sends {what}{detail}"
-        return MosaicError(message, code="plugin.wrong_message")
+        return WrongMessage(self._handler, caller() or self._place, f"declares {name} and sends {what}{detail}")
 
     @property
     def _place(self) -> str:
@@ -110,9 +124,9 @@ class DeclaredMessage:
         body = getattr(self._handler, "messages", None)
         code = getattr(body, "__code__", None)
         if code is not None and not code.co_filename.startswith(_CONTRACT):
-            return f" ({code.co_filename}:{code.co_firstlineno})"
+            return f"{code.co_filename}:{code.co_firstlineno}"
         try:
-            return f" ({inspect.getsourcefile(self._handler)}:{inspect.getsourcelines(self._handler)[1]})"
+            return f"{inspect.getsourcefile(self._handler)}:{inspect.getsourcelines(self._handler)[1]}"
         except (OSError, TypeError):
             return ""
 

@@ -1,0 +1,61 @@
+"""Refuses names in the body of a class that look as if the framework read them: those that are almost one of the
+contract's, and those that only another base has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+
+from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+
+BODIES: Mapping[str, str] = {
+    "messages": "DataChannelSendable", "handle_data": "DataChannelReceivable", "make_safe": "DataChannelReceivable",
+    "reported_position": "DataChannelReceivable", "peer_left": "DataChannelReceivable", "answer": "RequestHandler",
+    "frames": "MediaTrackHandler", "sounds": "AudioTrackHandler", "handle_sound": "AudioReceivable",
+    "talk_ended": "AudioReceivable", "configure": "Configurer",
+}  # fmt: skip
+"""What the framework calls, and the base whose subclasses it calls it on."""
+VALUES: Mapping[str, str] = {
+    "delivery": "Handler", "is_for_originals": "Handler", "is_part": "Handler", "runs": "Handler", "widget": "Handler",
+    "item_names": "DataChannelReceivable", "limits": "DataChannelReceivable", "motion_fields": "DataChannelReceivable",
+    "position_fields": "DataChannelReceivable", "requires_lease": "DataChannelReceivable",
+    "resource": "DataChannelReceivable", "takes_observers": "DataChannelReceivable",
+    "timeout_s": "DataChannelReceivable", "sends": "DataChannelBidirectional", "answer_within_s": "RequestHandler",
+    "at_once": "RequestHandler", "encoding": "MediaTrackHandler", "packet_codec": "MediaTrackHandler",
+    "connector_type": "Configurer", "example": "Configurer", "is_called_as_by_originals": "Configurer",
+    "params_model": "Configurer", "safety_model": "Configurer", "trial": "Configurer",
+}  # fmt: skip
+"""What the framework reads in the body of a class, and the base whose subclasses have it."""
+_COMMON = frozenset({"answer", "configure", "encoding", "example", "packet_codec", "trial"})
+"""Words that an author may well mean otherwise where nothing of MOSAIC is called so."""
+_API_VERSION = "MOSAIC_API_VERSION"
+_ALIKE = 0.8
+
+
+def check_names(cls: type) -> None:
+    """Refuse names in the body of ``cls`` that nothing reads, though they look like it."""
+    if _API_VERSION in vars(cls):
+        message = f"{_API_VERSION} stands in the class, and is read from its module."
+        raise wrong_declaration(cls, message, "Write it above the class, at the left margin.")
+    for name, value in vars(cls).items():
+        if name.startswith("_") or any(hasattr(base, name) for base in cls.__mro__[1:]):
+            continue
+        is_called = isinstance(value, classmethod | staticmethod) or (callable(value) and not isinstance(value, type))
+        owner = None if name in _COMMON else (BODIES if is_called else VALUES).get(name)
+        if owner is not None:
+            verb = "calls" if is_called else "reads"
+            message = f"nobody {verb} its {name}{'()' if is_called else ''}."
+            cure = f"Derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
+            raise wrong_declaration(cls, message, cure)
+        _check_spelling(cls, name, BODIES if is_called else VALUES)
+
+
+def _check_spelling(cls: type, name: str, words: Iterable[str]) -> None:
+    """Refuse a name that is almost one that this class could have and does not write itself."""
+    meant = {one.removesuffix("s"): one for one in words if hasattr(cls, one) and one not in vars(cls)}
+    found = get_close_matches(name.removesuffix("s"), [one for one in meant if one[0] == name[0]], 1, _ALIKE)
+    if found:
+        word = meant[found[0]]
+        message = f"it has '{name}', which nothing reads; did you mean '{word}'?"
+        raise wrong_declaration(cls, message, f"Write {word}, or begin a name of your own with _.")

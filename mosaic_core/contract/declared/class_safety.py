@@ -1,0 +1,101 @@
+"""Refuses safety of a receiver that nothing could follow: fields that its messages don't have, limits, time-outs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+from mosaic_core.contract.field_kinds import kind_of
+from mosaic_core.contract.message_fields import MessageFields, has_two_names, message_fields, text_lists
+from mosaic_core.words.control import ResourceName
+from mosaic_core.words.errors import hint_at
+from mosaic_core.words.limits import ImpossibleLimit, clashes
+from mosaic_core.words.safety_config import MAX_TIMEOUT_S, FieldBounds
+
+
+def check_fields(cls: type, fields: MessageFields, velocities: Iterable[str], positions: Iterable[str]) -> None:
+    """Refuse fields that its messages don't have, and those that would be both. One that a message may say under two
+    names is told when the robot starts."""
+    velocities, positions = tuple(velocities), tuple(positions)
+    for field in velocities:
+        if field in positions:
+            message = f"'{field}' is in motion_fields and in position_fields."
+            raise wrong_declaration(cls, message, "Name it once: is it a standstill when it is 0?")
+        if fields.list_of(field) is not None:
+            message = f"motion_fields names '{field}' in a list, and only positions can stand in one."
+            raise wrong_declaration(cls, message, "Give each velocity a field of its own, or leave it out.")
+    for name, its in (("motion_fields", velocities), ("position_fields", positions)):
+        for field in its:
+            _check_known(cls, fields, field, name)
+
+
+def check_lists(cls: type, message_type: Any) -> None:
+    """Refuse a ``keyed_by`` that names no two lists of its messages."""
+    keyed_by = getattr(message_type, "keyed_by", None)
+    if not keyed_by or not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+        return
+    texts, lists = text_lists(message_type.model_json_schema()), message_fields(message_type).lists
+    for path, names in keyed_by.items():
+        for wanted, known, what in ((path, {one.path for one in lists}, "numbers"), (names, texts, "texts")):
+            if wanted not in known:
+                message = f"keyed_by of {message_type.__name__} names '{wanted}', which is no list of {what}."
+                has = f"It has: {', '.join(sorted(known))}." if known else f"It has no list of {what}."
+                raise wrong_declaration(cls, message, has)
+
+
+def check_timeout(cls: type, timeout_s: object, *, has_safe_action: bool) -> None:
+    """Refuse a time-out that none can be, and one after which nothing would happen."""
+    if not isinstance(timeout_s, int | float):
+        return
+    if not 0 < timeout_s <= MAX_TIMEOUT_S:
+        message = f"timeout_s is {timeout_s:g}, and no time-out."
+        raise wrong_declaration(cls, message, f"Write seconds above 0 and up to {MAX_TIMEOUT_S:g}, or None.")
+    if not has_safe_action:
+        message = "timeout_s is set, and after it nothing would happen: make_safe is not written."
+        raise wrong_declaration(cls, message, "Write make_safe(self, cause), or remove timeout_s.")
+
+
+def check_resource(cls: type, resource: object) -> None:
+    """Refuse a name that no lease can have."""
+    if isinstance(resource, str):
+        try:
+            TypeAdapter(ResourceName).validate_python(resource)
+        except ValidationError:
+            message = f"the lease of '{resource}' can't be taken."
+            cure = "Write small letters, digits, - and _, a letter first, 32 at most."
+            raise wrong_declaration(cls, message, cure) from None
+
+
+def check_bounds(cls: type, limits: object) -> None:
+    """Refuse limits that are no bounds."""
+    for field, bounds in limits.items() if isinstance(limits, Mapping) else ():
+        if not isinstance(bounds, FieldBounds):
+            message = f"the limit of '{field}' is a {type(bounds).__name__}."
+            raise wrong_declaration(cls, message, "Write FieldBounds(min=…, max=…).")
+
+
+def check_limits(
+    cls: type, fields: MessageFields, limits: object, velocities: Iterable[str], positions: Iterable[str]
+) -> None:
+    """Refuse limits of fields that its messages don't have, and those that nothing can follow."""
+    if not isinstance(limits, Mapping):
+        return
+    found = []
+    for field, bounds in limits.items():
+        _check_known(cls, fields, field, "limits")
+        try:
+            kind = kind_of(field, bounds, fields, tuple(velocities), tuple(positions))
+            found.append(bounds.limit(field, kind))
+        except ImpossibleLimit as wrong:
+            raise wrong_declaration(cls, f"{wrong}.", f"Cure: {wrong.cure}." if wrong.cure else "Change it.") from None
+    for _, message in clashes(found):
+        raise wrong_declaration(cls, f"{message}.", "Write limits that can be kept together.")
+
+
+def _check_known(cls: type, fields: MessageFields, field: str, where: str) -> None:
+    if not fields.has(field) and not has_two_names(fields.message_type, field.split(".")):
+        message = f"{where} names '{field}', a number that its messages don't have{hint_at(field, fields.names)}"
+        raise wrong_declaration(cls, message, f"They have: {', '.join(fields.names)}.")

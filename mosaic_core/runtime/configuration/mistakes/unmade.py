@@ -1,0 +1,42 @@
+"""Tells why a connector could not be made: its configurer refused these params, or its code failed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from pydantic import ValidationError
+
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.runtime.configuration.plugin_loading import explained_error, place_of
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem
+
+_PART = re.compile(r"[^.\[\]]+")
+
+
+def unmade(one: CheckedConnector, error: BaseException) -> Iterator[Problem]:
+    """The problems of a connector whose configurer raised ``error``. What says that the configuration is wrong belongs
+    to its params in the file; anything else is a mistake of its author."""
+    if isinstance(error, ConfigError):
+        for its in error.problems:
+            yield _refused(one, its.message, its.path, its.cure)
+    elif isinstance(error, MosaicError) and error.code == "config.invalid":
+        yield _refused(one, error.message.removesuffix(error.cure).strip(), "", error.cure)
+    elif isinstance(error, ValueError) and not isinstance(error, ValidationError | UnicodeError):
+        place = place_of(error)
+        yield _refused(one, f"{error} ({place})" if place else str(error), "", "")
+    else:
+        yield broken(one, explained_error(error))
+
+
+def broken(one: CheckedConnector, cause: str) -> Problem:
+    """What its author did wrong."""
+    return one.broken(f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}")
+
+
+def _refused(one: CheckedConnector, message: str, path: str, cure: str) -> Problem:
+    """``path``: from the params on, as its configurer calls it."""
+    keys = [int(part) if part.isdigit() else part for part in _PART.findall(path)]
+    place = (*one.place, "params", *keys)
+    whose = f"connector '{one.config.label}' of {one.installed.source} refuses its params"
+    return one.document.problem(place, f"{whose}: {message}", cure=cure)

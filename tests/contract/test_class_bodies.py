@@ -1,0 +1,144 @@
+"""A body that the framework can't call, or would call in vain, is told when the class is made."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator
+from typing import Any
+
+import pytest
+
+from mosaic_core import (
+    AudioReceivable,
+    AudioTrackHandler,
+    DataChannelConfigurer,
+    DataChannelJsonReceivable,
+    DataChannelSendable,
+    MediaTrackHandler,
+    NoParams,
+    RequestHandler,
+)
+from mosaic_core.words.errors import MosaicError
+
+
+class Tells(DataChannelSendable[str]):
+    """Tells a text."""
+
+
+class Answers(RequestHandler[dict[str, Any], dict[str, Any]]):
+    """Answers."""
+
+
+class Makes(DataChannelConfigurer[NoParams]):
+    """Makes nothing yet."""
+
+
+async def later(self: Any, *what: Any) -> None:
+    """Nobody waits for it."""
+
+
+def bit_by_bit(self: Any, *what: Any) -> Iterator[None]:
+    yield
+
+
+async def by_and_by(self: Any, *what: Any) -> AsyncIterator[None]:
+    yield
+
+
+def alone(self: Any) -> None:
+    """Takes nothing."""
+
+
+def of_three(self: Any, one: Any, two: Any, three: Any) -> None:
+    """Wants more than there is."""
+
+
+def by_keyword(self: Any, data: Any, *, sender: Any) -> None:
+    """Wants a keyword."""
+
+
+def told(base: Any, name: str, written: Any) -> str:
+    with pytest.raises(MosaicError) as refused:
+        type("It", (base,), {name: written, "__module__": __name__})
+    place, _, rest = str(refused.value).partition(": It: ")
+    assert place.startswith(f"{__file__}:")
+    assert refused.value.code == "config.broken_plugin"
+    return rest
+
+
+@pytest.mark.parametrize(
+    ("base", "name"), [(Tells, "messages"), (MediaTrackHandler, "frames"), (AudioTrackHandler, "sounds")]
+)
+def test_what_sends_yields(base: Any, name: str) -> None:
+    assert told(base, name, later) == (
+        f"{name} is an `async def` without a `yield`, and nothing of it would be sent. "
+        f"Let it yield what it sends, or write `def {name}(self)` that does."
+    )
+    assert told(base, name, of_three).startswith(f"{name} can't be called with (): missing a required argument: 'one'")
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "head"),
+    [
+        (DataChannelJsonReceivable, "make_safe", "def make_safe(self, cause)"),
+        (DataChannelJsonReceivable, "reported_position", "def reported_position(self, field)"),
+        (DataChannelJsonReceivable, "peer_left", "def peer_left(self, sender)"),
+        (AudioReceivable, "handle_sound", "def handle_sound(self, sound, sender)"),
+        (AudioReceivable, "talk_ended", "def talk_ended(self)"),
+        (Makes, "configure", "def configure(self)"),
+    ],
+)
+def test_what_is_called_and_not_awaited_is_plain(base: Any, name: str, head: str) -> None:
+    for written in (later, bit_by_bit, by_and_by):
+        words = f"{name} is async or yields, and nothing of it would run. Write it as a plain `{head}`."
+        assert told(base, name, written) == words
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "head"),
+    [
+        (DataChannelJsonReceivable, "handle_data", "def handle_data(self, data)"),
+        (Answers, "answer", "def answer(self, question, request)"),
+    ],
+)
+def test_what_acts_may_be_async_and_yields_nothing(base: Any, name: str, head: str) -> None:
+    for written in (bit_by_bit, by_and_by):
+        assert told(base, name, written) == (
+            f"{name} yields, and nothing of it would run. Write it as a plain `{head}`."
+        )
+    assert issubclass(type("It", (base,), {name: later, "__module__": __name__}), base)
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "written", "words"),
+    [
+        (
+            DataChannelJsonReceivable,
+            "handle_data",
+            alone,
+            "handle_data can't be called with (data): too many positional arguments. "
+            "Write `def handle_data(self, data)` or `def handle_data(self, data, sender)`.",
+        ),
+        (DataChannelJsonReceivable, "handle_data", of_three, "handle_data can't be called with (data): missing a req"),
+        (DataChannelJsonReceivable, "handle_data", by_keyword, "handle_data can't be called with (data): missing a re"),
+        (DataChannelJsonReceivable, "make_safe", alone, "make_safe can't be called with (cause): too many positional"),
+        (Answers, "answer", alone, "answer can't be called with (question, request): too many positional arguments"),
+        (Makes, "configure", of_three, "configure can't be called with (): missing a required argument: 'one'"),
+    ],
+)
+def test_what_it_is_called_with_it_takes(base: Any, name: str, written: Any, words: str) -> None:
+    assert told(base, name, written).startswith(words)
+
+
+def test_every_usual_form_is_taken() -> None:
+    class Hears(DataChannelJsonReceivable):
+        def handle_data(self, data: dict[str, Any], sender: Any = None, *more: Any) -> None:
+            """Acts."""
+
+        def make_safe(self, cause: str, again: bool = False) -> None:
+            """Stands."""
+
+    class Speaks(DataChannelSendable[str]):
+        def messages(self) -> list[str]:
+            return ["once"]
+
+    assert (Hears("it").label, Speaks("it").messages()) == ("it", ["once"])

@@ -1,0 +1,208 @@
+"""Names in the body of a class that look like the contract's, and that nothing reads, are told with the nearest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import pytest
+
+from mosaic_core import (
+    AudioReceivable,
+    DataChannelBidirectional,
+    DataChannelConfigurer,
+    DataChannelJsonReceivable,
+    DataChannelReceivable,
+    DataChannelSendable,
+    Handler,
+    MediaTrackHandler,
+    Message,
+    NoParams,
+    RequestHandler,
+)
+from mosaic_core.contract.declared.class_names import BODIES, VALUES
+from mosaic_core.words.errors import MosaicError
+
+
+class Wish(Message):
+    speed: float = 0.0
+
+
+class Tells(DataChannelSendable[Wish]):
+    """Tells a wish."""
+
+
+class Answers(RequestHandler[Wish, Wish]):
+    """Answers a wish."""
+
+
+class Makes(DataChannelConfigurer[NoParams]):
+    """Makes nothing yet."""
+
+
+def body(self: Any) -> None:
+    """Some method."""
+
+
+def made(base: Any, name: str, value: object) -> type:
+    namespace = {name: value, "__module__": __name__}
+    return type("It", (base,), namespace)
+
+
+def told(base: Any, name: str, value: object) -> str:
+    with pytest.raises(MosaicError) as refused:
+        made(base, name, value)
+    assert refused.value.code == "config.broken_plugin"
+    place, _, rest = str(refused.value).partition(": It: ")
+    assert place.startswith(f"{__file__}:")
+    assert rest.endswith(str(refused.value.cure))
+    return rest
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "owner"),
+    [
+        (DataChannelBidirectional, "messages", "DataChannelSendable"),
+        (DataChannelSendable, "handle_data", "DataChannelReceivable"),
+        (DataChannelSendable, "make_safe", "DataChannelReceivable"),
+        (DataChannelSendable, "reported_position", "DataChannelReceivable"),
+        (MediaTrackHandler, "peer_left", "DataChannelReceivable"),
+        (DataChannelReceivable, "frames", "MediaTrackHandler"),
+        (MediaTrackHandler, "sounds", "AudioTrackHandler"),
+        (MediaTrackHandler, "handle_sound", "AudioReceivable"),
+        (Handler, "messages", "DataChannelSendable"),
+        (Makes, "messages", "DataChannelSendable"),
+    ],
+)
+def test_every_body_has_its_base(base: Any, name: str, owner: str) -> None:
+    cure = f"Derive it from {owner}, or give the method another name."
+    assert told(base, name, body) == f"nobody calls its {name}(). {cure}"
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "value", "owner"),
+    [
+        (Tells, "requires_lease", True, "DataChannelReceivable"),
+        (Tells, "timeout_s", 0.5, "DataChannelReceivable"),
+        (Tells, "resource", "arm", "DataChannelReceivable"),
+        (MediaTrackHandler, "takes_observers", True, "DataChannelReceivable"),
+        (MediaTrackHandler, "motion_fields", ("x",), "DataChannelReceivable"),
+        (AudioReceivable, "limits", {}, "DataChannelReceivable"),
+        (DataChannelJsonReceivable, "sends", Wish, "DataChannelBidirectional"),
+        (DataChannelJsonReceivable, "at_once", 3, "RequestHandler"),
+        (Tells, "connector_type", "tells", "Configurer"),
+        (Makes, "timeout_s", 0.5, "DataChannelReceivable"),
+        (Makes, "widget", "battery", "Handler"),
+    ],
+)
+def test_every_value_has_its_base(base: Any, name: str, value: object, owner: str) -> None:
+    assert told(base, name, value) == f"nobody reads its {name}. Derive it from {owner}, or give it another name."
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "value", "meant"),
+    [
+        (DataChannelJsonReceivable, "timout_s", 0.5, "timeout_s"),
+        (DataChannelJsonReceivable, "timeout_ms", 500, "timeout_s"),
+        (DataChannelJsonReceivable, "require_lease", True, "requires_lease"),
+        (DataChannelJsonReceivable, "requires_leas", True, "requires_lease"),
+        (DataChannelJsonReceivable, "takes_observer", True, "takes_observers"),
+        (DataChannelJsonReceivable, "motion_field", ("x",), "motion_fields"),
+        (DataChannelJsonReceivable, "limit", {}, "limits"),
+        (DataChannelJsonReceivable, "widgets", "json-sender", "widget"),
+        (DataChannelJsonReceivable, "wigdet", "json-sender", "widget"),
+        (DataChannelJsonReceivable, "handel_data", body, "handle_data"),
+        (DataChannelJsonReceivable, "make_save", body, "make_safe"),
+        (DataChannelJsonReceivable, "reports_position", body, "reported_position"),
+        (Tells, "run", "watched", "runs"),
+        (Tells, "mesages", body, "messages"),
+        (Tells, "message", staticmethod(body), "messages"),
+        (MediaTrackHandler, "frame", body, "frames"),
+        (MediaTrackHandler, "delivry", "latest", "delivery"),
+        (DataChannelBidirectional, "send_s", Wish, "sends"),
+        (Answers, "anwser", body, "answer"),
+        (Answers, "answer_within", 3.0, "answer_within_s"),
+        (Makes, "exmple", {}, "example"),
+        (Makes, "safty_model", Wish, "safety_model"),
+        (Makes, "trails", {}, "trial"),
+        (Makes, "conector_type", "it", "connector_type"),
+        (Makes, "configre", body, "configure"),
+        (Makes, "param_model", NoParams, "params_model"),
+    ],
+)
+def test_a_name_that_is_almost_one_of_the_contract_is_told(base: Any, name: str, value: object, meant: str) -> None:
+    assert told(base, name, value) == (
+        f"it has '{name}', which nothing reads; did you mean '{meant}'? "
+        f"Write {meant}, or begin a name of your own with _."
+    )
+
+
+@pytest.mark.parametrize("word", sorted({*BODIES, *VALUES}))
+def test_every_word_is_one_of_its_base(word: str) -> None:
+    import mosaic_core
+
+    base = getattr(mosaic_core, {**VALUES, **BODIES}[word], None) or mosaic_core.DataChannelConfigurer
+    assert hasattr(base, word)
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "value"),
+    [
+        (Tells, "message", "hello"),
+        (Tells, "run", body),
+        (Tells, "timeout_ms", 3),
+        (DataChannelJsonReceivable, "_timout_s", 0.5),
+        (DataChannelJsonReceivable, "limit", body),
+        (DataChannelJsonReceivable, "source", "/dev/ttyACM0"),
+        (MediaTrackHandler, "frame", None),
+        (MediaTrackHandler, "decoding", "h264"),
+        (Tells, "encoding", "utf-8"),
+        (Tells, "configure", body),
+        (Makes, "serial", "/dev/ttyACM0"),
+        (Makes, "agreed", body),
+    ],
+)
+def test_names_of_ones_own_are_free(base: Any, name: str, value: object) -> None:
+    assert made(base, name, value).__name__ == "It"
+
+
+def test_the_singular_is_free_beside_the_plural() -> None:
+    class Talks(DataChannelSendable[Wish]):
+        def message(self) -> Wish:
+            return Wish()
+
+        def messages(self) -> Iterator[Wish]:
+            yield self.message()
+
+    assert [*Talks("it").messages()] == [Wish()]
+
+
+def test_the_api_version_belongs_to_the_module() -> None:
+    for base in (Tells, Makes):
+        cure = "Write it above the class, at the left margin."
+        assert told(base, "MOSAIC_API_VERSION", 1) == (
+            f"MOSAIC_API_VERSION stands in the class, and is read from its module. {cure}"
+        )
+
+
+def test_the_line_is_that_of_the_class() -> None:
+    def make() -> None:
+        class Echo(DataChannelReceivable[Wish]):
+            requires_leas: ClassVar[bool] = True
+
+    with pytest.raises(MosaicError) as refused:
+        make()
+    line = make.__code__.co_firstlineno + 1
+    assert str(refused.value).startswith(f"{__file__}:{line}: {make.__qualname__}.<locals>.Echo: ")
+
+
+def test_a_mixin_may_bring_a_body_to_its_base() -> None:
+    class Talks:
+        def messages(self) -> Iterator[Wish]:
+            yield Wish()
+
+    class Both(Talks, DataChannelSendable[Wish]):
+        def messages(self) -> Iterator[Wish]:
+            yield from super().messages()
+
+    assert [*Both("b").messages()] == [Wish()]
