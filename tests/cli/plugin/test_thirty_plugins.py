@@ -63,9 +63,9 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
     "configure": ("return Heart(self.label)", "return Heart(self.lable)", 15, "has no attribute 'lable'"),
     "init": (
         "    def messages(self):",
-        "    def __init__(self, label):\n        raise ValueError('odd')\n    def messages(self):",
+        "    def __init__(self, label):\n        raise KeyError('odd')\n    def messages(self):",
         8,
-        "ValueError: odd",
+        "KeyError: 'odd'",
     ),
     "nolabel": (
         "    def messages(self):",
