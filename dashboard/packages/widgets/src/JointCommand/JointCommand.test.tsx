@@ -21,7 +21,7 @@ beforeEach(() => {
 })
 afterEach(cleanup)
 
-function shown(entry: CatalogueEntry, hasState = true): void {
+function shown(entry: CatalogueEntry, hasState = true): FakeConnection {
   const connection = new FakeConnection()
   connection.catalogue.set({ hash: '', entries: hasState ? [entry, STATE] : [entry] })
   const Widget = entry.schemaId === GripperTarget ? GripperCommand : JointCommand
@@ -30,6 +30,7 @@ function shown(entry: CatalogueEntry, hasState = true): void {
       <Widget robotId="r" entry={entry} store={commands.asStore} />
     </WithRobot>,
   )
+  return connection
 }
 
 const slide = (name: string, value: number) => fireEvent.change(screen.getByRole('slider', { name }), { target: { value: String(value) } })
@@ -47,6 +48,15 @@ test('sliders begin where the joints stand, and only what was touched is sent', 
   expect(commands.sent).toEqual([{ names: ['wrist'], positions: [1], duration_s: 2.5 }])
   expect(screen.getByRole('status').textContent).toBe('Sent')
   expect(screen.getByText('-0.250 rad')).toBeTruthy()
+})
+
+test('what was touched before it is known where the joints are stays touched', () => {
+  const entry = { ...TARGET, safety: { limits: { 'positions.elbow': { min: 0, max: 2 } } } }
+  const connection = shown(entry, false)
+  slide('elbow', 1.5)
+  act(() => connection.catalogue.set({ hash: '', entries: [entry, STATE] }))
+  joints.say({ names: ['elbow'], positions: [0.5], velocities: [], efforts: [] })
+  expect(screen.getByText('1.500 rad')).toBeTruthy()
 })
 
 test('what was touched can be taken back', async () => {

@@ -26,18 +26,27 @@ interface Kept {
 
 const JOINT_STATES: readonly string[] = [messages.SCHEMA_IDS.JointState]
 
+interface FormProps extends WidgetProps {
+  /** What a person has touched. */
+  draft: JointDraft
+  onDraft: (change: (before: JointDraft) => JointDraft) => void
+}
+
 /** A slider for each joint, from where the joint stands; sent at a press, under the lease like every command. */
 export function JointCommand(props: WidgetProps) {
   const [state] = useEntries(props.robotId, JOINT_STATES)
-  return state === undefined ? <JointForm {...props} reported={[]} /> : <WithState {...props} state={state} />
+  // Held here, so that what was touched stays while it becomes known where the joints are.
+  const [draft, setDraft] = useState<JointDraft>({})
+  const form = { ...props, draft, onDraft: setDraft }
+  return state === undefined ? <JointForm {...form} reported={[]} /> : <WithState {...form} state={state} />
 }
 
-function WithState({ state, ...props }: WidgetProps & { state: CatalogueEntry }) {
+function WithState({ state, ...props }: FormProps & { state: CatalogueEntry }) {
   const store = useConnectorStore(props.robotId, state.label, state.dataType)
   return store === null ? <JointForm {...props} reported={[]} /> : <Following {...props} joints={store} />
 }
 
-function Following({ joints, ...props }: WidgetProps & { joints: AnyStore }) {
+function Following({ joints, ...props }: FormProps & { joints: AnyStore }) {
   const latest = useLatest(joints)
   const reported = useMemo(() => {
     const decoded = latest === null ? null : jsonOf(latest.data)
@@ -46,9 +55,8 @@ function Following({ joints, ...props }: WidgetProps & { joints: AnyStore }) {
   return <JointForm {...props} reported={reported} />
 }
 
-function JointForm({ reported, ...props }: WidgetProps & { reported: readonly Joint[] }) {
+function JointForm({ reported, draft, onDraft, ...props }: FormProps & { reported: readonly Joint[] }) {
   const { entry, store } = props
-  const [draft, setDraft] = useState<JointDraft>({})
   const [duration, setDuration] = useState('')
   const sender = useSender(store, 'What you have not touched stays where it is')
   const kept = useKeptTarget<Kept>({
@@ -76,7 +84,7 @@ function JointForm({ reported, ...props }: WidgetProps & { reported: readonly Jo
               key={name}
               {...{ name, value, isTouched, ...range }}
               unit="rad"
-              onChange={(position) => setDraft((before) => ({ ...before, [name]: position }))}
+              onChange={(position) => onDraft((before) => ({ ...before, [name]: position }))}
             />
           )
         })}
@@ -88,7 +96,7 @@ function JointForm({ reported, ...props }: WidgetProps & { reported: readonly Jo
         onSend={() => {
           if (!sender.send(JSON.stringify(target))) return
           kept.keep({ draft: { ...kept.target?.draft, ...draft }, durationS })
-          setDraft({})
+          onDraft(() => ({}))
         }}
       >
         <TextInput
@@ -101,7 +109,7 @@ function JointForm({ reported, ...props }: WidgetProps & { reported: readonly Jo
           error={isWrong}
           onChange={(event) => setDuration(event.currentTarget.value)}
         />
-        <Button size="compact-md" variant="default" disabled={target === null} onClick={() => setDraft({})}>
+        <Button size="compact-md" variant="default" disabled={target === null} onClick={() => onDraft(() => ({}))}>
           Undo
         </Button>
       </SendRow>
