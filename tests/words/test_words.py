@@ -33,7 +33,7 @@ def test_every_close_code_and_refusal_has_a_reason() -> None:
 
 def test_reasons_are_sentences() -> None:
     for entry in REASONS.values():
-        assert re.fullmatch(r"[a-z]+\.[a-z0-9_]+", entry.code)
+        assert re.fullmatch(r"[a-z][a-z0-9]*\.[a-z0-9_]+", entry.code)
         assert entry.sentence.endswith(".")
         assert not entry.cure or entry.cure.endswith((".", "`."))
 

@@ -99,6 +99,11 @@ def _fix(told: dict[str, Any]) -> dict[str, Any]:
     return {**told, "fix": "gps"}
 
 
+def _stick(told: dict[str, Any]) -> dict[str, Any]:
+    """Axes and buttons are told by their places alone."""
+    return {**told, "axis_names": [], "button_names": []}
+
+
 def _range(told: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in told.items() if (key, value) != ("radiation", "radar")}
 
@@ -128,6 +133,7 @@ _REPLACED: Mapping[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "nav_msgs/msg/OccupancyGrid": _grid,
     "nav_msgs/msg/Odometry": _odometry,
     "nav_msgs/msg/Path": _path,
+    "sensor_msgs/msg/Joy": _stick,
     "sensor_msgs/msg/NavSatFix": _fix,
     "sensor_msgs/msg/Range": _range,
 }

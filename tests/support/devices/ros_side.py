@@ -230,6 +230,8 @@ class RosNode:
         for server in self._servers:
             server.close()
         self._servers.clear()
+        # Collected it would be later, and not before whatever a thread still holds of it, and then is a circle.
+        self.participant.__del__()
         self.participant = None
 
 

@@ -25,6 +25,7 @@ from mosaic_sim.demo.server import START_PATIENCE_S, Seed, robot_environment
 _NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
 
 _HEAD = "\nconnectors:\n"
+_MISSING = re.compile(r"(?:No module named|needs) '([\w.]+)'")
 _INDEX = re.compile(r"^connectors\[(\d+)\]")
 
 
@@ -185,7 +186,7 @@ def _cure(problem: Mapping[str, Any], plugins: Sequence[OwnPlugin]) -> str:
     if problem["code"] != "config.broken_plugin":
         return str(problem["cure"])
     plugin = next((one for one in plugins if one.source in message), plugins[0])
-    missing = re.search(r"No module named '([\w.]+)'", message)
+    missing = _MISSING.search(message)
     if missing is None:
         return "mend it, and start the demo again"
     if not plugin.modules:
