@@ -76,7 +76,7 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
     "samelabel": (
         "return Heart(self.label)",
         "return [Heart(self.label), Heart(self.label)]",
-        14,
+        6,
         "makes two handlers of one label 'l",
     ),
 }
