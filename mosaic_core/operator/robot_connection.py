@@ -187,6 +187,8 @@ class RobotConnection(RobotStores):
             if self.state == "connected" and self.is_original:
                 await self._drives.leave_standing(self.known, self._bindings.open)
         finally:
+            if self.state == "connected":
+                self._streams.leaving()
             await self._peer.close()
             await self._bindings.bulk.closed()
         if self.state == "reconnecting":

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from mosaic_core.messages import STANDARD_MESSAGES
+
 ROOT = Path(__file__).parents[2]
 VARIABLE = re.compile(r"(?:\$\{)?(MOSAIC_[A-Z][A-Z0-9_]*)\}?")
 PRODUCT = (ROOT / "mosaic_core", *ROOT.glob("plugins/*/mosaic_*/"))
@@ -84,6 +86,15 @@ def test_the_reasons_of_a_choice_are_in_the_order_of_the_page() -> None:
     (fits,) = re.findall(r"FITS = \[([^\]]*)\]", chosen)
     page = (ROOT / "docs/topics/widget-choice.md").read_text().split("| reason |")[1].split("\n\n")[0]
     assert ["possible", *reversed(re.findall(r"^\| `(\w+)`", page, re.MULTILINE))] == re.findall(r"\w+", fits)
+
+
+def test_as_many_standard_messages_are_told_as_there_are() -> None:
+    told = [
+        (page.name, int(number))
+        for page in sorted(ROOT.glob("docs/**/*.md"))
+        for number in re.findall(r"\[(\d+) of them\]\([^)]*messages\.md\)", page.read_text())
+    ]
+    assert told == [("comparison.md", len(STANDARD_MESSAGES)), ("first-connector.md", len(STANDARD_MESSAGES))]
 
 
 def _widgets() -> str:

@@ -45,7 +45,8 @@ class SignIn:
             return cls(server, "", "", code)
         if not email:
             usage(
-                "--email (or MOSAIC_EMAIL) or --code is needed to sign in, or a robot paired by `mosaic operator pair`"
+                "--email (or MOSAIC_EMAIL) or --code is needed to sign in, or a robot paired by `mosaic operator pair` "
+                "(`mosaic operator robots --lan` lists them)"
             )
         if password_stdin:
             return cls(server, email, sys.stdin.readline().rstrip("\r\n"), "")

@@ -128,6 +128,10 @@ class ResumeSender(Generic[T]):
             return
         self._confirm(seq)
 
+    def all_delivered(self) -> None:
+        """The receiver has everything that went out."""
+        self.delivered(self._last_sent)
+
     def detached(self) -> None:
         """The connection is gone; from now on messages wait."""
         self.is_attached = False

@@ -93,6 +93,11 @@ class OutgoingStream:
     def delivered(self, seq: int) -> None:
         self._sender.delivered(seq)
 
+    def leaving(self) -> None:
+        """A good-bye comes next, after which nobody confirms anything: the transport knows what has arrived."""
+        if self._port is not None and self._sender.waiting == 0 and self._port.has_arrived:
+            self._sender.all_delivered()
+
     def lost(self) -> None:
         """The connection is gone and will be made anew."""
         self._port = None

@@ -76,6 +76,11 @@ class SessionStreams:
         for label in message.seqs.keys() & self._outgoing.keys():
             self._outgoing[label].delivered(message.seqs[label])
 
+    def leaving(self) -> None:
+        """A good-bye comes next."""
+        for stream in self._outgoing.values():
+            stream.leaving()
+
     def lost(self) -> None:
         """The connection is gone and will be made anew."""
         if self._phase != "closed":

@@ -113,6 +113,8 @@ class SessionBook:
             return
         session.owner = None
         if not is_lost:
+            for stream in session.streams.values():
+                stream.forget()  # on purpose, so nothing is missed of what was not confirmed yet
             self._end(session)
             return
         for stream in session.streams.values():

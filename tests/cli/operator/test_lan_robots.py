@@ -59,3 +59,11 @@ def test_nobody_is_told_with_what_to_look_for(mosaic: Any, announced: list[Annou
     ended = mosaic("operator", "robots", "--lan")
     assert (ended.code, announced) == (0, [])
     assert "mosaic run --serve" in ended.out
+
+
+@pytest.mark.usefixtures("announced")
+def test_who_has_no_account_is_told_where_paired_robots_are_listed(mosaic: Any) -> None:
+    keep(ROVER, "Rover")
+    ended = mosaic("operator", "robots")
+    assert ended.code == 2
+    assert "mosaic operator robots --lan" in ended.err

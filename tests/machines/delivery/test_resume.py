@@ -117,6 +117,14 @@ def test_a_number_that_was_never_sent_is_not_believed() -> None:
     assert sender.unconfirmed == 2
 
 
+def test_whatever_went_out_can_be_confirmed_at_once_and_the_rest_still_waits() -> None:
+    sender = sender_with("a", "b", "c")
+    sender.went_out()
+    sender.went_out()
+    sender.all_delivered()
+    assert (sender.unconfirmed, sender.abandoned()) == (1, 1)
+
+
 def test_a_receiver_without_memory_is_sent_only_what_never_went_out() -> None:
     sender = sender_with("a", "b")
     sent(sender)

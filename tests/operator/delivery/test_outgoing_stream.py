@@ -17,6 +17,7 @@ class RecordingPort:
 
     def __init__(self, room: int = 1000) -> None:
         self.room = room
+        self.has_arrived = True
         self.put_frames: list[tuple[int, bytes]] = []
         self.sent: list[bytes] = []
         self._numbers = count(1)
@@ -199,3 +200,21 @@ def test_a_stream_that_waits_is_bounded_also_by_empty_messages() -> None:
         assert accepted < 1_000_000
     assert accepted > 100
     assert outgoing.waiting == accepted
+
+
+@pytest.mark.parametrize(("has_arrived", "lost"), [(True, 0), (False, 1)])
+def test_at_a_good_bye_only_what_may_still_be_under_way_counts_as_lost(
+    live: tuple[OutgoingStream, RecordingPort], has_arrived: bool, lost: int
+) -> None:
+    outgoing, port = live
+    port.has_arrived = has_arrived
+    said(outgoing, b"a")
+    outgoing.leaving()
+    assert outgoing.close() == lost
+
+
+def test_at_a_good_bye_what_waits_counts_as_lost() -> None:
+    outgoing = stream()
+    said(outgoing, b"a")
+    outgoing.leaving()
+    assert outgoing.close() == 1

@@ -274,6 +274,21 @@ async def test_a_good_bye_ends_the_session_and_a_new_one_begins_with_the_latched
         assert heard.gaps == []
 
 
+async def test_whoever_says_good_bye_has_lost_nothing_of_what_arrived() -> None:
+    async with play() as link:
+        heard, _ = await listening(link)
+        store = link.connection.bidirectional("questions")
+        gaps: list[Gap] = []
+        store.on_gap(gaps.append)
+        await store.wait_open()
+        assert store.send_json({"n": 1})
+        await until(lambda: handler(link, "questions").askers)
+        await link.connection.close()
+        await until(lambda: not link.robot.snapshot().peers)
+        assert (heard.gaps, gaps) == ([], [])
+        assert counters(link, "events").lost == 0
+
+
 async def test_a_store_that_is_made_anew_on_the_same_connection_misses_nothing_of_before() -> None:
     async with play() as link:
         heard, events = await listening(link)

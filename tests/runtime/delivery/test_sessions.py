@@ -98,6 +98,17 @@ async def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_
     assert desk.outbox.listeners("events") == 0
 
 
+async def test_who_leaves_on_purpose_misses_nothing_of_what_was_not_confirmed_yet() -> None:
+    desk, owner = Desk(), Owner()
+    session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+    desk.book.resume(session, {"events": 0}, {"events": LIMITS[Priority.RELIABLE]})
+    stream = session.streams["events"]
+    stream.attach(lambda message, flags, seq: Offered.QUEUED, lambda: (0, 0))
+    assert kept(stream, 1) > 0
+    desk.book.peer_left(session, owner, is_lost=False)
+    assert (desk.counters.lost, len(desk.book)) == (0, 0)
+
+
 def kept(stream: ResumedStream, size_bytes: int) -> int:
     """How many messages it takes."""
     message = Outgoing("events", PayloadKind.BYTES, bytes(size_bytes), 0)
