@@ -107,8 +107,12 @@ def init(
     if to_terminal:
         typer.echo(text, nl=False)
         return
-    output.write_text(text, encoding="utf-8")
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        usage(f"{output} can't be written: {error.strerror}; name a file in a folder that you may write")
     typer.echo(f"{output}: {count} connectors. Look through it, then: mosaic validate {output}")
+    typer.echo(f"On its own: mosaic run {output} --serve 127.0.0.1:9002")
 
 
 def _choice(
