@@ -132,7 +132,7 @@ def test_a_type_that_nobody_defined_is_told_with_the_nearest_name_and_the_cure()
     [
         (
             "std_srvs/srv/SetBol_Request",
-            r"defined std_srvs/srv/SetBol; did you mean 'std_srvs/srv/SetBool'\?.* \.srv file",
+            r"defined std_srvs/srv/SetBol; did .* 'std_srvs/srv/SetBool'\?.* \.srv file",
         ),
         ("nav2_msgs/action/Navigate_Goal", r"defined nav2_msgs/action/Navigate[;.].* \.action file"),
     ],

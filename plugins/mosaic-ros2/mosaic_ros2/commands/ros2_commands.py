@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from mosaic_ros2.bus.shared_bus import BusChoice
 
 app = typer.Typer(
-    name="ros2", help="What is heard of ROS 2: topics, messages, services, and a robot's file.", no_args_is_help=True
+    name="ros2",
+    add_completion=False,
+    help="What is heard of ROS 2: topics, messages, services, and a robot's file.",
+    no_args_is_help=True,
 )
 
 Domain = Annotated[int | None, typer.Option(help="ROS_DOMAIN_ID of the nodes; default: this shell's.", min=0, max=232)]
