@@ -7,7 +7,7 @@ import stat
 import subprocess
 import sys
 from collections.abc import Callable
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,13 @@ def test_what_the_list_says_of_a_command_is_how_its_own_help_begins() -> None:
         command = LaterCommand(EntryPoint(name, f"mosaic_core.cli.{place}", ""), line).loaded()
         assert command.name == name
         assert " ".join((command.help or "").split()).startswith(line.removesuffix("."))
+
+
+@pytest.mark.parametrize("command", sorted(entry_points(group="mosaic.commands").names))
+def test_a_command_of_a_plugin_offers_completion_no_second_time(command: str, mosaic: Mosaic) -> None:
+    shown = mosaic(command, "--help")
+    assert shown.code == 0
+    assert "completion" not in shown.out
 
 
 @pytest.mark.parametrize("words", [("nonsense",), ("validate", "--nonsense"), ("connectors", "show")])

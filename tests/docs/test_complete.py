@@ -20,6 +20,7 @@ BETWEEN_OURSELVES = {
     "MOSAIC_CHECK_PASSWORD": "told by the demo to its own child",
     "MOSAIC_API_VERSION": "a name in a module, and the page says so",
 }
+GUIDES = ("howto", "tutorial", "topics")
 PLUGINS = sorted(path.parent for path in ROOT.glob("plugins/*/pyproject.toml"))
 
 
@@ -72,6 +73,14 @@ def test_a_distribution_is_told_in_the_readme_and_its_dependencies_where_they_ar
 def test_a_connector_type_is_in_the_reference(folder: Path) -> None:
     page = (ROOT / "docs/reference/connectors.md").read_text()
     assert {name for name in of_distribution(folder) if f"## `{name}`" not in page} == set()
+
+
+@pytest.mark.parametrize("folder", PLUGINS, ids=lambda folder: folder.name)
+def test_a_connector_type_is_on_a_page_that_tells_how_to_use_it(folder: Path) -> None:
+    if folder.name == "mosaic-sim":
+        return  # its connectors are those of the demo, which writes the file itself
+    pages = "".join(page.read_text() for kind in GUIDES for page in (ROOT / "docs" / kind).glob("*.md"))
+    assert {name for name in of_distribution(folder) if not re.search(rf"(?<![\w-]){name}(?![\w-])", pages)} == set()
 
 
 def test_every_widget_is_on_the_page_that_tells_how_one_is_chosen() -> None:

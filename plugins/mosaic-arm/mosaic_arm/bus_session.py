@@ -63,7 +63,7 @@ class BusSession:
         missing = set(self._bus.missing())
         if missing:
             names = ", ".join(f"{one.motor} ({one.name})" for one in self._joints if one.motor in missing)
-            cure = "Look at the supply of the arm, the cables from motor to motor, and their numbers."
+            cure = "Look at the supply of the arm, the cables from motor to motor, their numbers, `bus` and `baud`."
             raise DeviceGone(f"motors on {self._params.port} do not answer: {names}", cure)
 
     def _check_offsets(self) -> None:

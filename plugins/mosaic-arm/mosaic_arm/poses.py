@@ -15,7 +15,7 @@ from mosaic_arm.pose_file import Pose, PoseBook, PoseName
 from mosaic_arm.shared_arm import KeptArm, shared_arm
 from mosaic_core import DataChannelConfigurer, Message, Refused, Request, RequestHandler
 from mosaic_core.contract.params import unit
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import MosaicError, hint_at
 
 STEP_S = 0.02
 ANSWER_S = 60.0
@@ -85,7 +85,9 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
     def _go(self, name: str, speed_share: float, request: Request) -> float:
         pose = self._book.pose(name)
         if pose is None:
-            raise Refused("arm.unknown_pose", f"'{name}'; there are: {', '.join(self._book.names()) or 'none'}")
+            names = self._book.names()
+            known = f"{hint_at(name, names)} There are: {', '.join(names) or 'none'}"
+            raise Refused("arm.unknown_pose", f"no pose is called '{name}'{known}")
         start = {joint: self._standing(joint) for joint in pose}
         goal = {joint: self._arm.joints[joint].within(angle) for joint, angle in pose.items()}
         times = [abs(goal[one] - start[one]) / (self._arm.joints[one].max_radps * speed_share) for one in goal]

@@ -263,6 +263,12 @@ def test_what_can_not_be_done_is_refused_with_its_reason(on_clock: ArmOnClock, q
     assert refused.code == code
 
 
+def test_a_pose_that_there_is_not_is_told_with_the_nearest(on_clock: ArmOnClock) -> None:
+    refused = ask(on_clock.build(ArmPosesConfigurer, poses=REST), {"action": "go", "name": "rets"}).refused
+    assert refused is not None
+    assert refused.message == "no pose is called 'rets'; did you mean 'rest'? There are: rest"
+
+
 def test_a_pose_file_that_is_none_is_told_before_anything_starts(on_clock: ArmOnClock, tmp_path: Path) -> None:
     file = tmp_path / "poses.json"
     file.write_text('{"rest": {"tail": 1.0}}')

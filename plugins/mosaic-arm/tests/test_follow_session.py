@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from mosaic_arm.commands import calibrate_session
 from mosaic_arm.commands.arm_commands import app, joint_params
 from mosaic_arm.commands.follow_session import FollowSession
 from mosaic_arm.joints import ArmJointsConfigurer
@@ -105,5 +106,27 @@ async def test_a_state_that_is_not_clear_is_asked_for(monkeypatch: pytest.Monkey
 def test_joints_of_the_command_line_are_those_of_the_params() -> None:
     assert joint_params([]) == {}
     assert ArmParams.model_validate(joint_params(["elbow=3"])).joints["elbow"].id == 3
-    ended = CliRunner().invoke(app, ["calibrate", "arm.json", "--joint", "elbow"])
+    assert CliRunner().invoke(app, ["calibrate", "arm.json", "--joint", "elbow"]).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--joint", "elbow=999"], "joints.elbow.id"),
+        (["--joint", "elbow=1", "--joint", "wrist=1"], "two joints have the motor 1"),
+        (["--baud", "3"], "baud"),
+    ],
+)
+def test_an_arm_that_there_can_not_be_is_a_wrong_word_of_the_command_line(words: list[str], said: str) -> None:
+    ended = CliRunner().invoke(app, ["calibrate", "arm.json", *words])
     assert ended.exit_code == 2
+    assert said in ended.output
+
+
+def test_the_command_line_says_how_fast_a_bus_speaks(monkeypatch: pytest.MonkeyPatch) -> None:
+    guided: list[ArmParams] = []
+    monkeypatch.setattr(calibrate_session, "calibrate", lambda params, *_: guided.append(params))
+    words = ["calibrate", "arm.json", "--bus", "dynamixel"]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert CliRunner().invoke(app, [*words, "--baud", "57600"]).exit_code == 0
+    assert [one.baud for one in guided] == [1_000_000, 57_600]

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.host import Sender
@@ -108,6 +109,17 @@ def test_what_it_could_not_do_on_loss_is_refused_before_it_moves(air: Any) -> No
     with pytest.raises(Refused, match="a rover knows no land"):
         velocity(air, on_loss="land").handle_data(AHEAD, ALICE)
     velocity(air, on_loss="rtl").handle_data(AHEAD, ALICE)
+
+
+def test_a_plane_of_ardupilot_follows_no_velocities_and_is_told_how_it_is_flown(
+    air: Any, copter: FakeAutopilot
+) -> None:
+    copter.mav_type, copter.vehicle_class = words.MAV_TYPE_FIXED_WING, "plane"
+    guided(copter, air)
+    with pytest.raises(Refused, match="a plane follows no velocities; fly it by sticks") as refused:
+        velocity(air).handle_data(AHEAD, ALICE)
+    assert refused.value.code == "mavlink.no_such_action"
+    assert not air.sent("SET_POSITION_TARGET_LOCAL_NED")
 
 
 @pytest.mark.parametrize(("kind", "mode"), [("copter", "GUIDED"), ("px4", "OFFBOARD"), ("rover", "GUIDED")])

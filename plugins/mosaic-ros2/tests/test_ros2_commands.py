@@ -67,9 +67,11 @@ def test_topics_services_messages_and_a_file_of_what_is_heard(robot: RosNode, do
     text = file.read_text()
     assert "/image/compressed" not in text
     assert "max_linear_mps" in text
-    assert CliRunner().invoke(app, ["validate", str(file), "--allow-missing-env"]).exit_code == 0
+    assert CliRunner().invoke(app, ["validate", str(file)]).exit_code == 0
     again = ros2("init", str(file), *here)
     assert (again.exit_code, "--force" in again.output) == (2, True)
+    nowhere = ros2("init", str(tmp_path / "nowhere" / "robot.yaml"), *here)
+    assert (nowhere.exit_code, "can't be written" in nowhere.output) == (2, True)
     nobody = ros2("echo", "/scn", *here)
     assert nobody.exit_code == 1
     assert "did you mean '/scan'" in nobody.said

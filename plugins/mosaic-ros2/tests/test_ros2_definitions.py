@@ -127,6 +127,21 @@ def test_a_type_that_nobody_defined_is_told_with_the_nearest_name_and_the_cure()
         TypeBook(shares=()).find("sensor_msgs/LaserScn")
 
 
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (
+            "std_srvs/srv/SetBol_Request",
+            r"defined std_srvs/srv/SetBol; did .* 'std_srvs/srv/SetBool'\?.* \.srv file",
+        ),
+        ("nav2_msgs/action/Navigate_Goal", r"defined nav2_msgs/action/Navigate[;.].* \.action file"),
+    ],
+)
+def test_a_service_or_action_that_nobody_defined_is_named_as_people_write_it(asked: str, said: str) -> None:
+    with pytest.raises(DefinitionError, match=said):
+        TypeBook(shares=()).find(asked)
+
+
 def test_a_message_that_contains_itself_is_refused(tmp_path: Path) -> None:
     (tmp_path / "acme" / "msg").mkdir(parents=True)
     (tmp_path / "acme" / "msg" / "Tree.msg").write_text("Tree[] children")

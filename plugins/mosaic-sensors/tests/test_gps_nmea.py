@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.devices.pty_device import NAME, plugged_in
 
 import mosaic_sensors.byte_source
 from mosaic_core.testing import build, collect, fake_host
@@ -174,6 +175,25 @@ def test_positions_come_over_a_serial_port(receiver: tuple[int, str], speaking: 
 
         fake_host(handler).stop()
         assert list(messages) == []
+
+
+def test_a_receiver_that_is_unplugged_for_thirty_seconds_is_gone_and_then_heard_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    handler = gps(NAME)
+    with plugged_in(monkeypatch) as device, closing(handler.messages()) as messages:
+        device.greeting = GGA
+        next(messages)
+        device.unplug()
+        with pytest.raises(DeviceGone, match=NAME):
+            next(messages)
+    for _ in range(6):  # as the robot tries again
+        fake_host(handler).clock.advance(5.0)
+        with pytest.raises(DeviceGone, match=NAME):
+            next(handler.messages())
+    with plugged_in(monkeypatch) as again:
+        again.greeting = RMC + LATER_GGA
+        assert collect(handler, 1)[0].timestamp == 1306574871_000000
 
 
 @pytest.mark.usefixtures("impatient")

@@ -7,10 +7,10 @@ from contextlib import closing
 from typing import Any
 
 import pytest
-from support.devices.pty_device import PtyDevice, plugged_in
+from support.devices.pty_device import NAME, PtyDevice, plugged_in
 
 from mosaic_core.testing import Silence, build, collect, fake_host, feed
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_sensors.serial_lines.serial_text import SerialText, SerialTextCommands, SerialTextConfigurer
 
 
@@ -33,6 +33,39 @@ def test_each_line_is_a_text_and_broken_unicode_is_refused(device: PtyDevice) ->
     device.greeting = "\xff\xfe\nready, 21 °C\r\n\r\nbye\n".encode("latin-1").replace(b"\xb0", "°".encode())
     assert collect(reader, 2) == ["ready, 21 °C", "bye"]
     assert fake_host(reader).losses == {"refused": 1}
+
+
+def test_a_flood_of_lines_is_thinned_and_the_last_one_comes(device: PtyDevice) -> None:
+    (reader,) = build(SerialTextConfigurer, params={"source": device.port, "max_rate_hz": 8})
+    device.greeting = b"waiting\n" * 300
+    taken = []
+    with closing(iter(reader.messages())) as messages:
+        taken.append(next(messages))
+        device.says(b"done\n")
+        while taken[-1] != "done":
+            fake_host(reader).clock.advance(10)
+            taken.append(next(messages))
+    assert len(taken) <= 5
+    assert fake_host(reader).losses == {"thinned": 301 - len(taken)}
+
+
+def test_a_device_that_is_unplugged_for_thirty_seconds_is_gone_and_then_read_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (reader,) = build(SerialTextConfigurer, params={"source": NAME})
+    with plugged_in(monkeypatch) as device, closing(iter(reader.messages())) as messages:
+        device.greeting = b"ready\n"
+        assert next(messages) == "ready"
+        device.unplug()
+        with pytest.raises(DeviceGone, match=NAME):
+            next(messages)
+    for _ in range(6):  # as the robot tries again
+        fake_host(reader).clock.advance(5.0)
+        with pytest.raises(DeviceGone, match=NAME):
+            next(iter(reader.messages()))
+    with plugged_in(monkeypatch) as again:
+        again.greeting = b"back\n"
+        assert collect(reader, 1) == ["back"]
 
 
 def test_only_lines_of_the_file_reach_the_device(device: PtyDevice) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from mosaic_core.cli.operator.account_options import Work, command
+
+if TYPE_CHECKING:
+    from mosaic_arm.params import ArmParams
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, help="Calibrate an arm of servos, and have one follow another."
@@ -19,6 +22,7 @@ Bus = Annotated[BusName, typer.Option(help="The series of its servos.")]
 Joints = Annotated[
     list[str], typer.Option("--joint", metavar="NAME=ID", help="A joint and its motor; none: the six of an SO-101.")
 ]
+MEGABIT = 1_000_000
 NO_JOINTS: list[str] = []
 FULL_TURN = ["wrist_roll"]
 
@@ -36,11 +40,26 @@ def joint_params(pairs: list[str]) -> dict[str, Any]:
     return {"joints": joints, **({} if "gripper" in joints else {"gripper": None})}
 
 
+def arm_of(**fields: Any) -> ArmParams:
+    """The arm that the command line describes. Raises :class:`typer.BadParameter`."""
+    from pydantic import ValidationError
+
+    from mosaic_arm.params import ArmParams
+
+    try:
+        return ArmParams.model_validate(fields)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        place, said = ".".join(str(part) for part in wrong["loc"]), wrong["msg"].removeprefix("Value error, ")
+        raise typer.BadParameter(f"{place}: {said}" if place else said) from None
+
+
 @app.command()
 def calibrate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The calibration file, as LeRobot writes it.")],
     port: Port = "/dev/ttyACM0",
     bus: Bus = "feetech",
+    baud: Annotated[int, typer.Option(help="Bits per second of its bus.")] = MEGABIT,
     joint: Joints = NO_JOINTS,
     full_turn: Annotated[
         list[str], typer.Option(metavar="NAME", help="A joint without an end, which has its whole turn.")
@@ -52,9 +71,8 @@ def calibrate(
     """Find where the joints of an arm end, by moving it by hand; its motors are off meanwhile, so hold it."""
     from mosaic_arm.commands.calibrate_session import calibrate as guide
     from mosaic_arm.commands.calibrate_session import write_to_motors
-    from mosaic_arm.params import ArmParams
 
-    params = ArmParams.model_validate({"port": port, "bus": bus, **joint_params(joint)})
+    params = arm_of(port=port, bus=bus, baud=baud, **joint_params(joint))
     if write:
         write_to_motors(params, file)
     else:
@@ -67,6 +85,7 @@ def follow(
     label: Annotated[str, typer.Argument(metavar="LABEL", help="The connector that takes JointTarget.")],
     leader_port: Annotated[str, typer.Option(help="The serial port of the leader's bus.")] = "/dev/ttyACM0",
     leader_bus: Annotated[BusName, typer.Option(help="The series of the leader's servos.")] = "feetech",
+    leader_baud: Annotated[int, typer.Option(help="Bits per second of the leader's bus.")] = MEGABIT,
     leader_calibration: Annotated[str, typer.Option(help="The leader's calibration file.")] = "",
     joint: Joints = NO_JOINTS,
     state: Annotated[str, typer.Option(help="The connector that sends JointState; none: the only one.")] = "",
@@ -76,8 +95,8 @@ def follow(
 ) -> Work:
     """Have an arm of a robot follow the one beside this machine, which a hand leads. It comes slowly first."""
     from mosaic_arm.commands.follow_session import FollowSession
-    from mosaic_arm.params import ArmParams
 
-    fields = {"port": leader_port, "bus": leader_bus, "calibration": leader_calibration or None, "rate_hz": rate_hz}
-    leader = ArmParams.model_validate({**fields, "starts_free": True, "on_exit": "release", **joint_params(joint)})
+    bus = {"port": leader_port, "bus": leader_bus, "baud": leader_baud, "rate_hz": rate_hz}
+    own = {"calibration": leader_calibration or None, "starts_free": True, "on_exit": "release"}
+    leader = arm_of(**bus, **own, **joint_params(joint))
     return FollowSession(robot, label, state, leader, rate_hz, approach_radps, as_json)

@@ -90,7 +90,9 @@ def _all_there(bus: ServoBus, ids: Mapping[str, int], port: str) -> None:
     missing = set(bus.missing())
     if missing:
         names = ", ".join(f"{motor} ({name})" for name, motor in ids.items() if motor in missing)
-        raise DeviceGone(f"motors on {port} do not answer: {names}", "Look at supply, cables and numbers.")
+        raise DeviceGone(
+            f"motors on {port} do not answer: {names}", "Look at supply, cables, numbers, --bus and --baud."
+        )
 
 
 def _wait(key: EnterKey) -> None:

@@ -17,7 +17,7 @@ from mosaic_core.words.limits import FieldLimit
 from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.link.flight_modes import guided_mode
+from mosaic_mavlink.link.flight_modes import follows_velocities, guided_mode
 from mosaic_mavlink.link.vehicle import Outgoing
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 from mosaic_mavlink.telemetry.frames import flu_of_frd
@@ -88,6 +88,9 @@ class MavlinkVelocity(DataChannelReceivable[Twist]):
     def handle_data(self, data: Twist, sender: Sender) -> None:
         """Receiver's thread."""
         facts = self._contact.facts()
+        if not follows_velocities(facts.kind):
+            cure = "fly it by sticks (mavlink-manual), modes (mavlink-command) or a mission (mavlink-mission)"
+            raise Refused("mavlink.no_such_action", f"a {facts.kind} follows no velocities; {cure}")
         self._guard.check(facts)
         wanted = guided_mode(facts.kind)
         if facts.mode != wanted:

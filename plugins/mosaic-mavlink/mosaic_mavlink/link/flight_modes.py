@@ -105,6 +105,11 @@ def guided_mode(kind: VehicleClass) -> str:
     return _GUIDED.get(kind, "GUIDED")
 
 
+def follows_velocities(kind: VehicleClass) -> bool:
+    """Whether its guided mode heeds velocities: planes of ArduPilot drop them without a word."""
+    return kind != "plane"
+
+
 def stick_modes(kind: VehicleClass) -> frozenset[str]:
     """The modes in which it follows sticks, and stays where it is when they are let go."""
     return _STICKS.get(kind, frozenset())

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="Robots that MuJoCo simulates.", no_args_is_help=True)
+app = typer.Typer(add_completion=False, help="Robots that MuJoCo simulates.", no_args_is_help=True)
 
 ModelArgument = Annotated[
     str, typer.Argument(metavar="MODEL", help="Path of a model (MJCF or URDF), or `arm` or `vehicle`.")

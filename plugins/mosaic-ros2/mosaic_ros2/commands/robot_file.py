@@ -15,17 +15,12 @@ from mosaic_ros2.commands.hearing import actions_in, is_of_every_node
 
 _HEAD = """\
 # A MOSAIC robot, written by `mosaic ros2 init` from what it heard. Look through it: what an operator shall not see or
-# command goes out. Check it with `mosaic validate`, run it with `mosaic run`.
+# command goes out. On its own: mosaic run FILE --serve 127.0.0.1:9002
 version: 1
-
-server:
-  ws_url: ws://127.0.0.1:9001
-  auth:
-    type: simple-token
-    # `mosaic server robot add NAME` shows both once.
-    robot_id: ${MOSAIC_ROBOT_ID}
-    params:
-      token: ${MOSAIC_TOKEN}
+# To register it with a server, which says its robot_id and token (`mosaic server robot add NAME`):
+# server:
+#   ws_url: wss://mosaic.example.org
+#   auth: { type: simple-token, robot_id: "${MOSAIC_ROBOT_ID}", params: { token: "${MOSAIC_TOKEN}" } }
 
 connectors:
 """

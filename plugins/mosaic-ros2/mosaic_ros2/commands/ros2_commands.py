@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from mosaic_ros2.bus.shared_bus import BusChoice
 
 app = typer.Typer(
-    name="ros2", help="What is heard of ROS 2: topics, messages, services, and a robot's file.", no_args_is_help=True
+    name="ros2",
+    add_completion=False,
+    help="What is heard of ROS 2: topics, messages, services, and a robot's file.",
+    no_args_is_help=True,
 )
 
 Domain = Annotated[int | None, typer.Option(help="ROS_DOMAIN_ID of the nodes; default: this shell's.", min=0, max=232)]
@@ -107,8 +110,12 @@ def init(
     if to_terminal:
         typer.echo(text, nl=False)
         return
-    output.write_text(text, encoding="utf-8")
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        usage(f"{output} can't be written: {error.strerror}; name a file in a folder that you may write")
     typer.echo(f"{output}: {count} connectors. Look through it, then: mosaic validate {output}")
+    typer.echo(f"On its own: mosaic run {output} --serve 127.0.0.1:9002")
 
 
 def _choice(

@@ -66,9 +66,11 @@ class TypeBook:
             self._found[name] = found
         definition = self._found[name]
         if definition is None:
+            file = _file_of(name)
             raise DefinitionError(
-                f"nobody has defined {name}{hint_at(name, self._bundled)} Name its .msg file or the folder of its "
-                "package in `definitions`, or start the robot in a shell that has sourced ROS."
+                f"nobody has defined {file}{hint_at(file, map(_file_of, self._bundled))} Name its "
+                f".{file.split('/')[1]} file or the folder of its package in `definitions`, or start the robot in a "
+                "shell that has sourced ROS."
             )
         return definition
 
@@ -90,14 +92,19 @@ class TypeBook:
         found[name] = definition
 
     def _read(self, name: str, places: Iterable[Path]) -> Definition | None:
-        package, kind, own = name.split("/")
-        base = next((own.removesuffix(end) for end in _PARTS.get(kind, ()) if own.endswith(end)), own)
+        package, kind, base = _file_of(name).split("/")
         for path in _candidates(places, package, kind, base):
             if path.is_file() and path.stat().st_size <= MAX_FILE_BYTES:
                 found = _definitions_of(f"{package}/{kind}/{base}", path)
                 self._found |= {one.name: one for one in found}
                 return next((one for one in found if one.name == name), None)
         return None
+
+
+def _file_of(name: str) -> str:
+    """The type as people write it: that of the file from which ROS makes this message."""
+    endings = _PARTS.get(name.split("/")[1], ())
+    return next((name.removesuffix(end) for end in endings if name.endswith(end)), name)
 
 
 def _candidates(places: Iterable[Path], package: str, kind: str, base: str) -> Iterator[Path]:

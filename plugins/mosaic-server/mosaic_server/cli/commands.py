@@ -7,7 +7,10 @@ import typer
 from mosaic_server.cli import audit, grants, ice, organization, robot, run, setup, user
 
 app = typer.Typer(
-    name="server", help="The MOSAIC server: signaling, accounts, robots, dashboard.", no_args_is_help=True
+    name="server",
+    add_completion=False,
+    help="The MOSAIC server: signaling, accounts, robots, dashboard.",
+    no_args_is_help=True,
 )
 app.command("run")(run.run)
 app.command("init")(setup.init)

@@ -15,7 +15,9 @@ from mosaic_server.roles import Role
 if TYPE_CHECKING:
     from mosaic_server.lan.home import LanHome, Reach
 
-app = typer.Typer(help="Robots that serve their own network: `mosaic run --serve`.", no_args_is_help=True)
+app = typer.Typer(
+    add_completion=False, help="Robots that serve their own network: `mosaic run --serve`.", no_args_is_help=True
+)
 app.add_typer(devices_app, name="devices")
 
 
