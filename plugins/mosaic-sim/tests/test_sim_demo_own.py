@@ -114,14 +114,23 @@ def test_the_trial_of_a_class_takes_the_place_of_a_device_in_a_check_and_where_n
 LOG = """\
 12:00:00 WARNING connector 'lamp': no lamp on /dev/x; plug it in (plugin.no_device); tries again in 1.0 s
 12:00:00 ERROR   connector 'arm_grip' failed at /a/arm.py:7: ValueError: 3 (plugin.failed); tries again in 0.5 s
+12:00:00 ERROR   connector 'gauge' failed at /a b/gauge.py:11 in Gauge.messages: AttributeError: 'Gauge' object has no \
+attribute 'parms' (plugin.failed); tries again in 0.4 s
+    Traceback (most recent call last):
+12:00:01 WARNING connector 'scale': value of a message is no finite number: refused
 12:00:00 WARNING something else
 """
 
 
 def test_a_missing_device_is_the_verdict_on_what_nothing_was_seen_of() -> None:
-    failures = failures_in(LOG, ["lamp", "arm", "other"])
+    failures = failures_in(LOG, ["lamp", "arm", "gauge", "scale", "other"])
     why = "no lamp on /dev/x; plug it in (plugin.no_device)"
-    assert failures == {"lamp": why, "arm": "ValueError: 3 (plugin.failed)"}
+    assert failures == {
+        "lamp": why,
+        "arm": "/a/arm.py:7: ValueError: 3 (plugin.failed)",
+        "gauge": "/a b/gauge.py:11: AttributeError: 'Gauge' object has no attribute 'parms' (plugin.failed)",
+        "scale": "value of a message is no finite number: refused",
+    }
     assert with_cause(Result("lamp", True, "takes messages"), why) == Result("lamp", False, why)
     assert with_cause(Result("lamp", False, "nothing arrived in time"), why) == Result("lamp", False, why)
     assert with_cause(Result("lamp", True, "is_on"), why) == Result("lamp", True, "is_on")

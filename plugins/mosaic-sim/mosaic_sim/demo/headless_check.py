@@ -20,8 +20,12 @@ from mosaic_sim.demo.supervisor import RunningDemo
 
 PATIENCE_S = 90.0
 MOST_LOG_LINES = 2000
-_FAILURE = re.compile(r"connector '(?P<label>[^']+)'(?: failed[^:]*(?::\d+)?)?: (?P<why>.*); tries again in [\d.]+ s")
-"""The line of `mosaic run` about a connector that failed."""
+_FAILURE = re.compile(
+    r"(?:WARNING|ERROR) +connector '(?P<label>[^']+)'(?: failed(?: at (?P<place>.*?:\d+)(?: in [\w.<>]+)?)?)?: "
+    r"(?P<why>.*?)(?:; tries again in [\d.]+ s)?$",
+    re.MULTILINE,
+)
+"""The line of `mosaic run` about a connector that failed, or whose messages were refused."""
 PASSWORD_VARIABLE = "MOSAIC_CHECK_PASSWORD"  # noqa: S105 - the name of a variable, not a password
 
 ANY_ROBOT = "--any-robot"
@@ -60,7 +64,7 @@ def failures_in(log: str, labels: Iterable[str]) -> dict[str, str]:
     for match in _FAILURE.finditer(log):
         for label in labels:
             if is_of(match["label"], label):
-                found[label] = match["why"]
+                found[label] = ": ".join(filter(None, (match["place"], match["why"])))
     return found
 
 
