@@ -108,7 +108,14 @@ def _show(out: Console, shipment: Shipment, level: Level, found: list[RuleFindin
     _tell_unjudged(out, found)
     stands = reached(found)
     out.print(Text.assemble(f"\n{shipment.source}: ", (stands or "below bronze", f"bold {_MEDALS[stands]}")), end="")
-    out.print("" if stands == level else f" ({level} was asked for)")
+    out.print(_asked(stands, level))
+
+
+def _asked(stands: Level | None, level: Level) -> str:
+    """What else to know of the rung: that it is not the one that was asked for, or that nobody looked further up."""
+    if stands != level:
+        return f" ({level} was asked for)"
+    return "" if level == "gold" else " (or higher: --level gold asks for all)"
 
 
 def _tell_unjudged(out: Console, found: list[RuleFinding]) -> None:

@@ -56,7 +56,7 @@ def test_a_level_that_is_reached_is_0(install_distribution: InstallDistribution)
     install(install_distribution)
     done = check("acme-heart")
     assert done.exit_code == 0, done.output
-    assert "acme-heart 1.0.0: bronze" in done.output
+    assert "acme-heart 1.0.0: bronze (or higher: --level gold asks for all)" in done.output
 
 
 def test_what_can_not_be_judged_is_not_reached(install_distribution: InstallDistribution) -> None:

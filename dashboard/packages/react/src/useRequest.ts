@@ -55,6 +55,7 @@ export function useRequest<Q = unknown, A = unknown>(robotId: string, label: str
       if (newest.current === own) setView((before) => ({ ...before, ...change }))
     }
     show({ ...IDLE, phase: 'asking' })
+    if (options.signal?.aborted === true) own.abort()
     options.signal?.addEventListener('abort', () => own.abort(), { once: true })
     const onProgress = (progress: unknown) => {
       show({ progress })
