@@ -19,6 +19,7 @@ from traceback import extract_tb
 from types import ModuleType
 
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
+from mosaic_core.runtime.threads.code_places import said_by
 from mosaic_core.words.errors import MosaicError, Problem
 
 FOLDER = "connectors"
@@ -64,7 +65,7 @@ class LocalConnector:
         if isinstance(error, SyntaxError):
             name, line = error.filename or name, error.lineno
         place = ":".join(str(part) for part in (name, line) if part is not None)
-        return f"{place}: {type(error).__name__}: {error}{self._sibling_meant_by(error)}"
+        return f"{place}: {said_by(error)}{self._sibling_meant_by(error)}"
 
     def _sibling_meant_by(self, error: BaseException) -> str:
         missing = error.name if isinstance(error, ModuleNotFoundError) else None
