@@ -61,7 +61,9 @@ def innermost_own(frames: Iterable[FrameSummary]) -> tuple[str, int | None]:
 
 
 def _is_standard(file: str) -> bool:
-    return "pydantic" in Path(file).parts or (file.startswith(_STANDARD) and not _PACKAGES.intersection(Path(file).parts))
+    return "pydantic" in Path(file).parts or (
+        file.startswith(_STANDARD) and not _PACKAGES.intersection(Path(file).parts)
+    )
 
 
 def standing_at(thing: object) -> str:
