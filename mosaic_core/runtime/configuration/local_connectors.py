@@ -19,7 +19,8 @@ from traceback import extract_tb
 from types import ModuleType
 
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
-from mosaic_core.words.errors import MosaicError, Problem
+from mosaic_core.runtime.threads.code_places import said_by
+from mosaic_core.words.errors import MosaicError, Problem, nearest
 
 FOLDER = "connectors"
 _CONFIGURERS = {"Configurer", "DataChannelConfigurer", "MediaTrackConfigurer"}
@@ -64,7 +65,7 @@ class LocalConnector:
         if isinstance(error, SyntaxError):
             name, line = error.filename or name, error.lineno
         place = ":".join(str(part) for part in (name, line) if part is not None)
-        return f"{place}: {type(error).__name__}: {error}{self._sibling_meant_by(error)}"
+        return f"{place}: {said_by(error)}{self._sibling_meant_by(error)}"
 
     def _sibling_meant_by(self, error: BaseException) -> str:
         missing = error.name if isinstance(error, ModuleNotFoundError) else None
@@ -123,7 +124,19 @@ def _found_in(file: Path) -> Iterator[LocalConnector | Problem]:
         if named is not None:
             yield _connector(file, node, named)
         elif node.name not in inherited and _CONFIGURERS & {_name(base) for base in node.bases}:
-            yield _problem(file, node.lineno, f"{node.name} has no connector_type", _like(node.name))
+            yield _untyped(file, node)
+
+
+def _untyped(file: Path, node: ast.ClassDef) -> Problem:
+    """A configurer without a ``connector_type``, with the name that was written instead of it."""
+    assigned = [one for one in node.body if isinstance(one, ast.Assign | ast.AnnAssign)]
+    names = [name for one in assigned for name in ast.walk(one) if isinstance(name, ast.Name)]
+    lines = {name.id: name.lineno for name in names if isinstance(name.ctx, ast.Store)}
+    written = nearest("connector_type", lines)
+    if written is None:
+        return _problem(file, node.lineno, f"{node.name} has no connector_type", _like(node.name))
+    message = f"{node.name} has no connector_type, but '{written}'"
+    return _problem(file, lines[written], message, "write connector_type instead")
 
 
 def _connector(file: Path, node: ast.ClassDef, named: ast.expr) -> LocalConnector | Problem:

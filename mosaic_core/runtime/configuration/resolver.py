@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 GROUP = "mosaic.connectors"
 MANY_TYPES = 20
 """More are no help in an error."""
+MANY_PROBLEMS = 3
+"""As many mistakes of files are one readable line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +106,9 @@ class ConnectorResolver:
     def _cure(self, connector_type: str) -> str:
         guess = nearest(connector_type, self._by_type)
         meant = f"did you mean '{guess}'? " if guess else ""
+        if self.local.problems:
+            told = "; ".join(str(one) for one in self.local.problems[:MANY_PROBLEMS])
+            return f"{meant}If '{connector_type}' is of a file beside the configuration, mend it: {told}"
         if len(self._by_type) > MANY_TYPES:
             every = f"`mosaic connectors list` shows all {len(self._by_type)}"
             return f"{meant}{every}; a plugin of your own is among them once it is installed: pip install -e FOLDER"

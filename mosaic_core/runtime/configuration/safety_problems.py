@@ -10,6 +10,7 @@ from typing import Any
 from mosaic_core.contract.field_kinds import kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.commands.number_list import EVERY
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -20,6 +21,7 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     kind_for,
     resource_of,
     takes_field,
+    timeout_of,
     with_those_of_all,
 )
 from mosaic_core.runtime.threads.code_places import standing_at
@@ -218,9 +220,10 @@ def says_motion(kind: type[DataChannelReceivable[Any]]) -> bool:
 
 
 def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
-    """What the framework can't do for a receiver that says it moves something, but not by which numbers."""
+    """What the framework can't do for a receiver that says it moves something: stop it, or slow it down."""
     safety = one.safety
     for handler in receivers(handlers):
+        yield from _unstopped(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
@@ -243,3 +246,18 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         if message_type in (str, bytes):
             cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
         yield one.problem(message, "safety", cure=cure)
+
+
+def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It moves something, and neither notices silence nor has anything that stops it."""
+    kind, safety = type(handler), one.safety
+    resource, fields = resource_of(safety, handler), (*handler.motion_fields, *handler.position_fields)
+    is_stopped = timeout_of(safety, handler) is not None or kind.make_safe is not DataChannelReceivable.make_safe
+    is_bounded = isinstance(handler, RequestHandler) or (safety.on_loss or safety.on_timeout) != "callback"
+    if is_stopped or is_bounded or (not fields and (resource is None or says_motion(kind))):
+        return
+    why = f"by {' and '.join(map(repr, fields))}" if fields else f"under the lease '{resource}'"
+    message = f"connector '{one.config.label}' moves {why}, and nothing stops it: neither timeout_s nor make_safe"
+    rest = "position_fields" if handler.position_fields else "motion_fields"
+    cure = f"write both in {kind.__name__}{standing_at(kind)}, or {rest} = () if it moves nothing"
+    yield one.problem(message, "safety", cure=cure)

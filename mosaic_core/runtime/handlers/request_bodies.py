@@ -22,6 +22,7 @@ from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.handlers.task_runner import leave_behind
+from mosaic_core.runtime.threads.code_places import said_by
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 from mosaic_core.runtime.threads.handover import Handover
@@ -140,10 +141,9 @@ class RequestBodies:
         is_due = self._complaints.is_due(place, time.monotonic())
         logger.log(
             logging.ERROR if is_due else logging.DEBUG,
-            "connector %r could not answer a request: %s: %s (%s; request.failed)",
+            "connector %r could not answer a request: %s (%s; request.failed)",
             self._label,
-            type(error).__name__,
-            error,
+            said_by(error),
             place,
             extra={"label": self._label, "code": "request.failed"},
             exc_info=error if is_due else None,

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import MosaicError, nearest
 
 _CORE = f"{Path(__file__).parents[2]}{os.sep}"
 _STANDARD = f"{Path(os.__file__).parent}{os.sep}"
@@ -21,7 +21,20 @@ def explained_error(error: BaseException) -> str:
     if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
         return error.message  # which begins with the place
     place = place_of(error)
-    return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
+    return said_by(error) + (f" ({place})" if place and place not in str(error) else "")
+
+
+def said_by(error: BaseException) -> str:
+    """Kind and words of an error; of an attribute that is not there also the nearest name that is."""
+    return f"{type(error).__name__}: {error}{_attribute_meant(error)}"
+
+
+def _attribute_meant(error: BaseException) -> str:
+    if not isinstance(error, AttributeError) or not isinstance(error.name, str):
+        return ""
+    names = object.__dir__(error.obj)  # without the plugin's own code
+    meant = nearest(error.name, (one for one in names if error.name.startswith("_") or not one.startswith("_")))
+    return f"; did you mean '{meant}'?" if meant else ""
 
 
 def place_of(error: BaseException) -> str:
@@ -39,7 +52,7 @@ def raised_at(error: BaseException) -> tuple[str, int | None]:
 
 def innermost_own(frames: Iterable[FrameSummary]) -> tuple[str, int | None]:
     """File and line of the innermost frame that is not the framework's, the import system's, or, where there is
-    another one, the standard library's."""
+    another one, the standard library's or that of the models of messages and params."""
     others = [frame for frame in frames if not frame.filename.startswith(("<frozen", _CORE))]
     others = [frame for frame in others if "importlib" not in Path(frame.filename).parts]
     own = [frame for frame in others if not _is_standard(frame.filename)]
@@ -48,7 +61,9 @@ def innermost_own(frames: Iterable[FrameSummary]) -> tuple[str, int | None]:
 
 
 def _is_standard(file: str) -> bool:
-    return file.startswith(_STANDARD) and not _PACKAGES.intersection(Path(file).parts)
+    return "pydantic" in Path(file).parts or (
+        file.startswith(_STANDARD) and not _PACKAGES.intersection(Path(file).parts)
+    )
 
 
 def standing_at(thing: object) -> str:

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.timing.failure_course import FailureCourse
+from mosaic_core.runtime.threads.code_places import said_by
 from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.words.errors import DeviceGone, MosaicError
 
@@ -62,7 +63,7 @@ class Failures:
         verdict = self._course.failed(reason, is_absence=is_absence, ran_for_s=ran_for_s, random_unit=random.random())
         self._next_try_at_s = time.monotonic() + verdict.delay_s
         self.last_code = failure_code(error)
-        self.last_error = str(error) if is_absence else f"{type(error).__name__}: {error}"
+        self.last_error = str(error) if is_absence else said_by(error)
         self.count += 1
         level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
         what = "" if is_absence else f" failed at {place}" if place else " failed"
@@ -77,7 +78,7 @@ class Failures:
         """One failure that ends nothing; where it is in the plugin's code, or nothing."""
         self.last_code = "request.failed"
         self.count += 1
-        self.last_error = f"{type(error).__name__}: {error}"
+        self.last_error = said_by(error)
         return self._code.place_of(error)
 
     def alive(self) -> None:

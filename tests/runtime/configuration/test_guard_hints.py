@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-from mosaic_core import DataChannelReceivable, Message
+from mosaic_core import DataChannelReceivable, Message, RequestHandler
 from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
 from mosaic_core.runtime.configuration.safety_problems import guard_hints
@@ -98,7 +98,7 @@ class Place:
         self.safety = SafetyConfig(**safety)
 
     def problem(self, message: str, *key: str, cure: str = "") -> Problem:
-        return Problem("config.invalid", message, cure=cure)
+        return Problem(message, cure=cure)
 
 
 @pytest.mark.parametrize(
@@ -124,3 +124,60 @@ class Place:
 def test_who_moves_something_by_no_named_number_gets_it(handler: Any, safety: dict[str, Any], cure: str | None) -> None:
     one: Any = Place(**safety)
     assert [hint.cure for hint in guard_hints(one, (handler("it"),))] == ([] if cure is None else [cure])
+
+
+class Moved(DataChannelReceivable[Speed]):
+    motion_fields = ("mps",)
+
+
+class Turned(DataChannelReceivable[Angle]):
+    """Its message says that it is a position."""
+
+
+class Leased(DataChannelReceivable[Speed]):
+    requires_lease = True
+
+
+class Guarded(Leased):
+    motion_fields = ()
+
+
+class Asked(RequestHandler[Speed, Speed]):
+    requires_lease = True
+
+
+@pytest.mark.parametrize(
+    ("handler", "safety", "why", "rest"),
+    [
+        (Moved, {}, "moves by 'mps'", "motion_fields = ()"),
+        (Turned, {}, "moves by 'rad'", "position_fields = ()"),
+        (Leased, {}, "moves under the lease 'motion'", "motion_fields = ()"),
+        (Lamp, {"requires_lease": True}, "moves under the lease 'motion'", "motion_fields = ()"),
+    ],
+)
+def test_who_moves_something_that_nothing_stops_gets_a_hint(
+    handler: Any, safety: dict[str, Any], why: str, rest: str
+) -> None:
+    one: Any = Place(**safety)
+    (hint,) = guard_hints(one, (handler("it"),))
+    said = hint.message
+    assert said == f"connector 'it' {why}, and nothing stops it: neither timeout_s nor make_safe"
+    assert hint.cure.startswith(f"write both in {handler.__name__} ({__file__}:")
+    assert hint.cure.endswith(f"), or {rest} if it moves nothing")
+
+
+@pytest.mark.parametrize(
+    ("handler", "safety"),
+    [
+        (Named, {}),
+        (Asked, {}),
+        (Guarded, {}),
+        (Lamp, {}),
+        (Moved, {"timeout_s": 0.3}),
+        (Moved, {"on_loss": "zero"}),
+        (Leased, {"requires_lease": False}),
+    ],
+)
+def test_who_is_stopped_or_moves_nothing_gets_none(handler: Any, safety: dict[str, Any]) -> None:
+    one: Any = Place(**safety)
+    assert not [hint for hint in guard_hints(one, (handler("it"),)) if "nothing stops it" in hint.message]

@@ -169,6 +169,13 @@ def test_a_class_that_is_no_configurer_is_told(resolver: Callable[..., Connector
         ("arm", "class A(mosaic_core.DataChannelConfigurer[P]): ...", 1, "A has no connector_type", "'a'"),
         (
             "arm",
+            "class A(Configurer):\n    connecter_type = 'a'",
+            2,
+            "A has no connector_type, but 'connecter_type'",
+            "write connector_type instead",
+        ),
+        (
+            "arm",
             "class A(Configurer):\n    connector_type: str = NAME",
             1,
             "connector_type of A is no plain text",
@@ -187,6 +194,26 @@ def test_what_cannot_be_a_connector_is_told_with_its_line(
     assert message in problem.message
     assert cure in problem.cure
     assert [one.type for one in found.connectors] == ["good"]
+
+
+@pytest.mark.parametrize(
+    ("source", "line", "mistake"),
+    [
+        ("\ndef (", 2, "SyntaxError: invalid syntax (its connectors are left out)"),
+        (
+            "class A(Configurer):\n    connecter_type = 'arm'",
+            2,
+            "A has no connector_type, but 'connecter_type' (write connector_type instead)",
+        ),
+    ],
+)
+def test_a_type_that_nobody_knows_is_told_with_the_mistake_of_the_file_that_may_have_it(
+    resolver: Callable[..., ConnectorResolver], config: Path, source: str, line: int, mistake: str
+) -> None:
+    (problem,) = validate_file(config, resolver=resolver(arm=source)).problems
+    assert (problem.code, problem.message) == ("config.unknown_type", "no connector type 'arm'")
+    file = config.parent / "connectors" / "arm.py"
+    assert problem.cure == f"If 'arm' is of a file beside the configuration, mend it: {file}:{line}: {mistake}"
 
 
 def test_bases_that_others_inherit_and_files_of_other_things_are_left_alone(

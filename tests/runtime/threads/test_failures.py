@@ -8,9 +8,10 @@ from collections.abc import Callable
 
 import pytest
 
-from mosaic_core import DataChannelSendable, DeviceGone
+from mosaic_core import DataChannelSendable, DeviceGone, Params
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.machines.timing.failure_course import FailureCourse
+from mosaic_core.runtime.threads.code_places import explained_error
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.stacks import PluginCode
 
@@ -76,3 +77,42 @@ def test_when_it_tries_again_is_known_until_it_works(failures: Failures) -> None
     assert (failures.last_code, failures.last_error) == ("plugin.no_device", "no gauge; plug it in")
     failures.alive()
     assert failures.tries_again_in_s is None
+
+
+class Reading(Params):
+    period_s: float = 1.0
+
+
+class Misspelt(DataChannelSendable[str]):
+    params = Reading()
+
+    def of_itself(self) -> None:
+        self.parms  # type: ignore[attr-defined]  # noqa: B018
+
+    def of_waiting(self) -> None:
+        self.evry(0.1)  # type: ignore[attr-defined]
+
+    def of_params(self) -> None:
+        self.params.perod_s  # type: ignore[attr-defined]  # noqa: B018
+
+    def like_nothing(self) -> None:
+        self.zzz  # type: ignore[attr-defined]  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("method", "ending"),
+    [
+        ("of_itself", "'parms'; did you mean 'params'?"),
+        ("of_waiting", "'evry'; did you mean 'every'?"),
+        ("of_params", "'perod_s'; did you mean 'period_s'?"),
+        ("like_nothing", "'zzz'"),
+    ],
+)
+def test_a_misspelt_attribute_is_told_with_the_name_that_there_is(
+    failures: Failures, caplog: pytest.LogCaptureFixture, method: str, ending: str
+) -> None:
+    error = raised(getattr(Misspelt("it"), method))
+    failures.failed(error, 0.0)
+    assert f"{ending} (plugin.failed)" in caplog.records[0].message
+    assert failures.last_error.endswith(ending)
+    assert f"{ending} ({__file__}:" in explained_error(error)
