@@ -78,6 +78,9 @@ class CatalogueEntry(WireModel):
 
     label: PlainText
     type: PlainText
+    connector: PlainText | None = Field(
+        default=None, description="Its connector's label in the robot's file, where several handlers are of one."
+    )
     kind: Kind = Kind.DATA
     data_type: MosaicDataType
     direction: Direction
@@ -97,6 +100,10 @@ class CatalogueEntry(WireModel):
     )
     answer_schema: dict[str, Any] | None = Field(
         default=None, description="Of a connector that answers requests: JSON Schema of an answer."
+    )
+    item_names: tuple[PlainText, ...] | None = Field(
+        default=None,
+        description="The names that a command may have, such as those of the joints, where they are known.",
     )
     safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
 

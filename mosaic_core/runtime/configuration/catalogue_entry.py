@@ -41,7 +41,11 @@ def catalogue_entries(
     delivery: DeliveryContract | None = None,
 ) -> tuple[CatalogueEntry, ...]:
     """The entries of one connector, one for each track and channel. ``safety`` and ``delivery``: what the file says."""
-    return tuple(_entry(group, connector_type, safety, delivery) for group in handler_groups(label, handlers))
+    groups = handler_groups(label, handlers)
+    entries = (_entry(group, connector_type, safety, delivery) for group in groups)
+    if len(groups) == 1:
+        return tuple(entries)
+    return tuple(entry.model_copy(update={"connector": label}) for entry in entries)
 
 
 def _entry(
@@ -74,6 +78,7 @@ def _messages_of(handler: Handler) -> dict[str, Any]:
         "sent_schema_id": getattr(sent, "schema_id", "") or None,
         "sent_schema": None if sent is None else sent.model_json_schema(mode="serialization"),
         "answer_schema": answer_schema(type(handler)) if isinstance(handler, RequestHandler) else None,
+        "item_names": (tuple(handler.item_names) or None) if isinstance(handler, DataChannelReceivable) else None,
     }
 
 

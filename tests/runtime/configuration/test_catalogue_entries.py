@@ -12,12 +12,13 @@ from mosaic_core import (
     AudioReceivable,
     AudioTrackHandler,
     DataChannelJsonReceivable,
+    DataChannelReceivable,
     DataChannelSendable,
     Delivery,
     Handler,
     MediaTrackHandler,
 )
-from mosaic_core.messages import BatteryState
+from mosaic_core.messages import BatteryState, JointTarget
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.connector import handler_groups
 from mosaic_core.words.data_type import Direction, MosaicDataType
@@ -92,7 +93,9 @@ def test_every_handler_is_in_exactly_one_group(kinds: Sequence[type[Handler]]) -
 def test_each_says_what_it_would_say_alone(kinds: Sequence[type[Handler]], wanted: DeliveryContract | None) -> None:
     handlers = made(kinds)
     apart = [entry for one in handlers for entry in catalogue_entries(one.label, "acme", [one], delivery=wanted)]
-    assert [*catalogue_entries(LABEL, "acme", handlers, delivery=wanted)] == apart
+    entries = catalogue_entries(LABEL, "acme", handlers, delivery=wanted)
+    assert [one.model_copy(update={"connector": None}) for one in entries] == apart
+    assert {one.connector for one in entries} == {LABEL if len(handlers) > 1 else None}
     assert [entry.label for entry in apart] == [handler.label for handler in handlers]
 
 
@@ -117,3 +120,19 @@ def test_parts_are_one_entry_of_both_directions_under_the_label_of_their_connect
     assert (second.label, second.direction, second.widget) == (LABEL, Direction.BOTH, "battery")
     assert [channel.label for channel in second.channels] == [one.label for one in parts]
     assert second.safety == {"timeout_s": 1.0}
+
+
+class TakesJoints(DataChannelReceivable[JointTarget]):
+    def __init__(self, label: str, joints: Sequence[str]) -> None:
+        super().__init__(label)
+        self.item_names = tuple(joints)
+
+    def handle_data(self, data: JointTarget) -> None:
+        """Takes it."""
+
+
+def test_the_joints_that_a_command_may_name_are_told_where_they_are_known() -> None:
+    handlers = [TakesJoints("arm", ["base", "lift"]), TakesJoints("any", []), Sends("battery")]
+    entries = catalogue_entries(LABEL, "acme", handlers)
+    assert [entry.item_names for entry in entries] == [("base", "lift"), None, None]
+    assert entries[0].short().item_names == ("base", "lift")

@@ -96,6 +96,8 @@ export interface WidgetModule {
 export interface CatalogueEntry {
   label: string
   type: string
+  /** Its connector's label in the robot's file, where several handlers are of one. */
+  connector?: string
   kind: Kind
   dataType: MosaicDataType
   direction: Direction
@@ -115,6 +117,8 @@ export interface CatalogueEntry {
   sentSchema?: Record<string, unknown>
   /** Of a connector that answers requests: JSON Schema of an answer. */
   answerSchema?: Record<string, unknown>
+  /** The names that a command may have, such as those of the joints, where they are known. */
+  itemNames?: readonly string[]
   /** The limits that the robot enforces. */
   safety?: Record<string, unknown>
 }
@@ -1119,7 +1123,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Bye: {"properties": {"code": {"default": "peer.closed", "format": "plain", "type": "string"}, "message": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "type": "object"},
   Catalogue: {"properties": {"hash": {"type": "string"}, "entries": {"items": {"$ref": "CatalogueEntry"}, "type": "array"}}, "required": ["hash", "entries"], "type": "object"},
   CatalogueAnnounce: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
-  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "widgetModule": {"anyOf": [{"$ref": "WidgetModule"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "sentSchemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "sentSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
+  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "connector": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "widgetModule": {"anyOf": [{"$ref": "WidgetModule"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "sentSchemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "sentSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "itemNames": {"anyOf": [{"items": {"format": "plain", "type": "string"}, "type": "array"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
   CatalogueFull: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
   CatalogueUpdate: {"properties": {"robotId": {"type": "string"}, "catalogue": {"$ref": "Catalogue"}}, "required": ["robotId", "catalogue"], "type": "object"},
   ChannelEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "dataType": {"$ref": "MosaicDataType"}}, "required": ["label", "dataType"], "type": "object"},
