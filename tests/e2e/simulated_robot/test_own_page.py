@@ -160,7 +160,7 @@ def test_the_example_of_thirty_lines_signs_in_and_shows_a_picture_and_a_battery(
     photograph(page, "own-page-sign-in")
     page.get_by_role("textbox", name="Password").fill(seed.password)
     page.get_by_role("button", name="Sign in").click()
-    page.get_by_label("Robot").select_option("Test robot")
+    page.get_by_label("Robot", exact=True).select_option("Test robot")
     page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
     expect(page.get_by_role("region")).to_have_count(2)
     expect(page.get_by_role("region", name=re.compile("^battery:")).get_by_text("Voltage")).to_be_visible()
@@ -170,7 +170,7 @@ def test_the_example_of_thirty_lines_signs_in_and_shows_a_picture_and_a_battery(
     photograph(page, "own-page")
     examination.expect_nothing()
     page.reload()
-    page.get_by_label("Robot").select_option("Test robot")
+    page.get_by_label("Robot", exact=True).select_option("Test robot")
     page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")  # still signed in
     assert problems == []
 
