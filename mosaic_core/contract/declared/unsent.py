@@ -16,7 +16,7 @@ from mosaic_core.words.errors import MosaicError, hint_at
 
 def unknown_field(model: type[BaseModel], data: Mapping[str, Any]) -> MosaicError | None:
     """The error for the first keyword that is no field of ``model``."""
-    known = list(dict.fromkeys(_names(model)))
+    known = list(dict.fromkeys(names_of(model)))
     unknown = next((name for name in data if name not in known), None)
     if unknown is None:
         return None
@@ -46,7 +46,8 @@ def _is_absent(model: type[BaseModel], key: str, value: Any) -> bool:
     return isinstance(value, float) and not math.isfinite(value) and may_be_none(model.model_fields.get(key))
 
 
-def _names(model: type[BaseModel]) -> Iterator[str]:
+def names_of(model: type[BaseModel]) -> Iterator[str]:
+    """What its fields are called where a message is read: by name and by alias."""
     for name, field in model.model_fields.items():
         yield name
         alias = field.validation_alias
