@@ -254,7 +254,7 @@ async def test_a_question_that_can_not_be_asked_is_told_with_its_field() -> None
                 await link.connection.request("adder", question)
             assert failed.value.code == "safety.not_finite"
             assert failed.value.message == f"the question holds what is no finite number: {field}"
-        with pytest.raises(RequestRefused, match=r"^numbers: Field required; no field 'nubers': did you mean 'numbers'"):
+        with pytest.raises(RequestRefused, match=r"^numbers: Field required; no field 'nubers': did you mean"):
             await link.connection.request("adder", {"nubers": [1]})
 
 
