@@ -79,7 +79,7 @@ def _run(
         host.stop()
         host.stop_at_s = float("inf")
     if count is not None and len(taken) < count:
-        why = f"; {refused} more were refused, the log says why" if refused else ""
+        why = f"; refused: {refused}, the log says why" if refused else ""
         raise AssertionError(f"{handler.label}: {len(taken)} of {count} {noun} within {within_s:g} s of fake time{why}")
     return taken
 

@@ -166,7 +166,7 @@ def test_a_message_with_nan_is_refused_and_counted_as_on_the_robot() -> None:
 
     broken = Broken("broken")
     assert not collect(broken)
-    with pytest.raises(AssertionError, match=r"0 of 1 messages .*; 1 more were refused, the log says why"):
+    with pytest.raises(AssertionError, match=r"0 of 1 messages .*; refused: 1, the log says why"):
         collect(broken, 1)
     assert not fake_host(broken).sent
     assert fake_host(broken).losses == {"refused": 2}
