@@ -156,7 +156,8 @@ class RobotConnection(RobotStores):
         what it tells meanwhile. Cancelling the task that waits takes the request back.
 
         Raises :class:`RequestRefused` with the code of the robot, and :class:`RequestFailed` where no answer can come:
-        out of time, or the way to the robot lost. Raises :class:`ConnectionFailed` where the connector answers none.
+        out of time, or the way to the robot lost. Raises :class:`ConnectionFailed` where the connector answers none,
+        and :class:`MosaicError` (``safety.not_finite``) with its field for a number that JSON does not know.
         """
         check_answers(label, self.known)
         if label not in self._callers:

@@ -10,7 +10,7 @@ import math
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, TypeVar
 
-from mosaic_core.contract.declared.yielded import hand_over
+from mosaic_core.contract.declared.yielded import hand_over, items_of
 from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
@@ -26,10 +26,11 @@ PATIENCE_S = 3600.0
 def collect(handler: DataChannelSendable[T], count: int | None = None, *, within_s: float = PATIENCE_S) -> list[T]:
     """The first ``count`` messages that ``messages()`` yields; all of them if ``count`` is ``None``.
 
-    Each one is also sent, as the robot would: what is no JSON raises here, ``fake_host(handler).sent`` has the bytes,
-    and ``losses`` what was refused. The body is then closed, so that its ``with`` blocks exit; another ``collect``
-    starts it anew, as a restart would. Raises :class:`AssertionError` if the body ends early or yields too little
-    ``within_s`` fake seconds.
+    Each one is also sent, as the robot would: what is no JSON raises here, ``fake_host(handler).sent`` has the bytes.
+    What is refused, such as a NaN that must not be absent, is not among them; ``losses`` counts it. The body is then
+    closed, so that its ``with`` blocks exit; another ``collect`` starts it anew, as a restart would. Raises
+    :class:`AssertionError` if the body ends early or yields too little ``within_s`` fake seconds, and
+    :class:`MosaicError` (``plugin.wrong_message``) for what the class does not declare.
     """
     return _run(handler, handler.messages, handler.send, count, within_s, "messages")
 
@@ -57,8 +58,15 @@ def _run(
     host.stop_at_s = host.clock.now_s + within_s
     taken: list[Any] = []
 
+    refused = 0
+
     def take(item: Any) -> bool:
+        nonlocal refused
+        before = host.losses["refused"]
         consume(item)
+        if host.losses["refused"] > before:
+            refused += 1
+            return False
         taken.append(item)
         return len(taken) == count
 
@@ -66,14 +74,13 @@ def _run(
         if inspect.isasyncgenfunction(body):
             run_on(host.clock, lambda: _iterate_async(body(), take, host))
         else:
-            stream = body()
-            assert isinstance(stream, Iterable), f"{noun}() must yield or return an iterable, not {stream!r}"
-            _iterate(stream, take, host)
+            _iterate(items_of(body), take, host)
     finally:
         host.stop()
         host.stop_at_s = float("inf")
     if count is not None and len(taken) < count:
-        raise AssertionError(f"{handler.label}: {len(taken)} of {count} {noun} within {within_s:g} s of fake time")
+        why = f"; refused: {refused}, the log says why" if refused else ""
+        raise AssertionError(f"{handler.label}: {len(taken)} of {count} {noun} within {within_s:g} s of fake time{why}")
     return taken
 
 

@@ -116,6 +116,20 @@ def test_the_line_is_that_of_the_yield_where_there_is_one(kind: Any, line: int) 
     assert caught.value.message.startswith(f"{kind.__name__} ({__file__}:{line}) declares Scan and sends keys angle (")
 
 
+def test_a_message_that_is_returned_instead_of_yielded_is_told() -> None:
+    class Returns(Lidar):
+        def messages(self) -> Any:
+            return self.yields[0]
+
+    for one, kind in ((Scan(angle_rad=1.0), "Scan"), ({"angle_rad": 1.0}, "dict"), ("far", "str")):
+        with pytest.raises(MosaicError) as caught:
+            collect(Returns(one), 1)
+        place = f"{__file__}:{Returns.messages.__code__.co_firstlineno}"
+        cure = "Return it by `yield` instead of `return`."
+        said = f"{Returns.messages.__qualname__}() ({place}) returned {kind}, which is one message. {cure}"
+        assert (caught.value.message, caught.value.code) == (said, "plugin.wrong_message")
+
+
 def test_the_line_of_what_is_pushed_is_that_of_the_push() -> None:
     lidar = Lidar()
     fake_host(lidar)
@@ -177,11 +191,12 @@ def test_elsewhere_the_message_is_refused_and_counted_and_its_field_named_once(
     bad = {"angle_rad": math.nan}
     lidar = Meter(bad, bad, {"angle_rad": 1.0})
     with caplog.at_level(logging.WARNING, "mosaic_core"):
-        collect(lidar, 3)
+        assert collect(lidar) == [{"angle_rad": 1.0}]
     assert sent_by(lidar) == [{"angle_rad": 1.0}]
     assert fake_host(lidar).losses == {"refused": 2}
     assert [record.message for record in caplog.records] == [
-        "connector 'lidar': angle_rad of a message is no finite number, and not declared as `float | None`: refused"
+        f"connector 'lidar': {Meter.__qualname__} ({__file__}:{Lidar.messages.__code__.co_firstlineno + 1}) sends "
+        "'angle_rad', which is no finite number and not declared as `float | None`: refused (plugin.wrong_message)"
     ]
 
 
@@ -219,7 +234,12 @@ def test_a_message_of_a_number_that_is_none_is_made_and_refused_where_it_is_sent
     with caplog.at_level(logging.WARNING, "mosaic_core"):
         assert sends.send(Cloud(**said)) is (field == "")
     told = [record.message for record in caplog.records]
-    assert [text.partition(" of a message")[0] for text in told] == ([f"connector 'it': {field}"] if field else [])
+    assert [f" sends '{field}', which is no finite number" in text for text in told] == ([True] if field else [])
+
+
+def test_a_number_that_is_too_large_stays_what_it_is() -> None:
+    made = Cloud(percent=math.inf, by_name={"a": -math.inf})
+    assert (made.percent, made.by_name) == (math.inf, {"a": -math.inf})
 
 
 def test_what_may_be_absent_is_sent_beside_it_as_null() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import threading
 from collections.abc import Iterator
 from typing import Any, ClassVar
@@ -13,7 +14,7 @@ import pytest
 from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, NoParams, Refused, Request, RequestHandler
 from mosaic_core.laboratory.joining import Joined, connector, joined, until
 from mosaic_core.operator import RequestFailed, RequestRefused
-from mosaic_core.words.errors import ConfigError, ConnectionFailed
+from mosaic_core.words.errors import ConfigError, ConnectionFailed, MosaicError
 
 
 class Sum(Message):
@@ -244,6 +245,17 @@ async def test_observers_ask_only_what_is_for_them() -> None:
         assert refused.value.code == "lease.forbidden"
         handler(link, "patient").let_go.set()
         assert await eve.request("patient", {"n": 1}) == 1
+
+
+async def test_a_question_that_can_not_be_asked_is_told_with_its_field() -> None:
+    async with joined(*CONNECTORS) as link:
+        for question, field in (({"numbers": [1.0, math.nan]}, "numbers[]"), (Total(total=math.inf), "total")):
+            with pytest.raises(MosaicError) as failed:
+                await link.connection.request("adder", question)
+            assert failed.value.code == "safety.not_finite"
+            assert failed.value.message == f"the question holds what is no finite number: {field}"
+        with pytest.raises(RequestRefused, match=r"^numbers: Field required; no field 'nubers': did you mean"):
+            await link.connection.request("adder", {"nubers": [1]})
 
 
 async def test_what_takes_too_long_is_refused_and_cancelled() -> None:

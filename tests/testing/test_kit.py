@@ -165,9 +165,11 @@ def test_a_message_with_nan_is_refused_and_counted_as_on_the_robot() -> None:
             yield {"x": float("nan")}
 
     broken = Broken("broken")
-    collect(broken, 1)
+    assert not collect(broken)
+    with pytest.raises(AssertionError, match=r"0 of 1 messages .*; refused: 1, the log says why"):
+        collect(broken, 1)
     assert not fake_host(broken).sent
-    assert fake_host(broken).losses == {"refused": 1}
+    assert fake_host(broken).losses == {"refused": 2}
 
 
 def test_params_are_checked_as_in_the_file() -> None:

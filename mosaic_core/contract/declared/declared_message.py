@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel, PydanticUserError, ValidationError
 from pydantic_core import PydanticSerializationError
 
-from mosaic_core.contract.declared.unsent import caller
+from mosaic_core.contract.declared.yielded import caller
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
 from mosaic_core.words.errors import MosaicError
@@ -26,20 +26,6 @@ _JSON = (dict, list, tuple, BaseModel, Mapping)
 _CONTRACT = str(Path(__file__).parents[1])
 MAX_TOLD = 64
 """Fields of one class that the log names; keys of mappings may be without number."""
-
-
-class WrongMessage(MosaicError):
-    """A handler sends what its class does not declare. ``place``: where it is written, as far as that is known."""
-
-    def __init__(self, handler: type, place: str, what: str) -> None:
-        at = f" ({place})" if place else ""
-        super().__init__(f"{handler.__qualname__}{at} {what}", code="plugin.wrong_message")
-        self._handler = handler
-        self._what = what
-
-    def told_at(self, place: str) -> WrongMessage:
-        """The same with the line that sent it; itself where none is known."""
-        return WrongMessage(self._handler, place, self._what) if place else self
 
 
 class DeclaredMessage:
@@ -102,8 +88,13 @@ class DeclaredMessage:
         for field in refused:
             if (label, field) not in self._told and len(self._told) < MAX_TOLD:
                 self._told.add((label, field))
-                text = "connector %r: %s of a message is no finite number, and not declared as `float | None`: refused"
-                logger.warning(text, label, field, extra={"label": label})
+                place = caller() or self._place
+                text = (
+                    "connector %r: %s (%s) sends %r, which is no finite number and not declared as `float | None`: "
+                    "refused (plugin.wrong_message)"
+                )
+                fields = {"label": label, "code": "plugin.wrong_message"}
+                logger.warning(text, label, self._handler.__qualname__, place, field, extra=fields)
 
     @cached_property
     def _schema(self) -> dict[str, Any] | None:
@@ -112,11 +103,13 @@ class DeclaredMessage:
         except PydanticUserError:
             return None
 
-    def _wrong(self, value: Any, fields: str) -> WrongMessage:
+    def _wrong(self, value: Any, fields: str) -> MosaicError:
         name = getattr(self._declared, "__name__", str(self._declared))
         what = f"keys {', '.join(map(str, list(value)[:8]))}" if isinstance(value, Mapping) else type(value).__name__
         detail = f" ({fields})" if fields else ""
-        return WrongMessage(self._handler, caller() or self._place, f"declares {name} and sends {what}{detail}")
+        at = f" ({place})" if (place := caller() or self._place) else ""
+        message = f"{self._handler.__qualname__}{at} declares {name} and sends {what}{detail}"
+        return MosaicError(message, code="plugin.wrong_message")
 
     @property
     def _place(self) -> str:

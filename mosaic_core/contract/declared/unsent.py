@@ -3,7 +3,6 @@ know."""
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
@@ -11,12 +10,13 @@ from typing import Any, get_args
 from pydantic import AliasChoices, BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from mosaic_core.contract.declared.yielded import caller
 from mosaic_core.words.errors import MosaicError, hint_at
 
 
 def unknown_field(model: type[BaseModel], data: Mapping[str, Any]) -> MosaicError | None:
     """The error for the first keyword that is no field of ``model``."""
-    known = list(dict.fromkeys(_names(model)))
+    known = list(dict.fromkeys(names_of(model)))
     unknown = next((name for name in data if name not in known), None)
     if unknown is None:
         return None
@@ -27,13 +27,13 @@ def unknown_field(model: type[BaseModel], data: Mapping[str, Any]) -> MosaicErro
 
 
 def with_its_nans(model: type[BaseModel], data: dict[str, Any], error: ValidationError) -> dict[str, Any]:
-    """``data`` with NaN for each number that is not finite and must not be absent, and ``None`` for what may be; raises
-    ``error`` if it tells of anything else."""
+    """``data`` with a float for each number that is not finite and must not be absent, and ``None`` for what may be;
+    raises ``error`` if it tells of anything else."""
     mistakes = error.errors(include_url=False, include_context=False)
     if not all(_is_not_finite(one["input"]) for one in mistakes):
         raise error
     for one in mistakes:
-        data = _with_nan(data, one["loc"])
+        data = _with_float(data, one["loc"])
     return {key: None if _is_absent(model, key, value) else value for key, value in data.items()}
 
 
@@ -46,7 +46,8 @@ def _is_absent(model: type[BaseModel], key: str, value: Any) -> bool:
     return isinstance(value, float) and not math.isfinite(value) and may_be_none(model.model_fields.get(key))
 
 
-def _names(model: type[BaseModel]) -> Iterator[str]:
+def names_of(model: type[BaseModel]) -> Iterator[str]:
+    """What its fields are called where a message is read: by name and by alias."""
     for name, field in model.model_fields.items():
         yield name
         alias = field.validation_alias
@@ -62,20 +63,12 @@ def _is_not_finite(value: Any) -> bool:
         return False
 
 
-def _with_nan(value: Any, loc: tuple[int | str, ...]) -> Any:
-    """A copy of ``value`` with NaN at ``loc``, or in place of what around it can't be copied."""
-    if loc and isinstance(value, Mapping) and loc[0] in value:
-        return {**value, loc[0]: _with_nan(value[loc[0]], loc[1:])}
-    if loc and isinstance(value, list | tuple) and isinstance(loc[0], int):
-        return [_with_nan(one, loc[1:]) if index == loc[0] else one for index, one in enumerate(value)]
+def _with_float(value: Any, loc: tuple[int | str, ...]) -> Any:
+    """A copy of ``value`` with the float that is at ``loc``, or NaN in place of what around it can't be copied."""
+    if not loc:
+        return float(value)
+    if isinstance(value, Mapping) and loc[0] in value:
+        return {**value, loc[0]: _with_float(value[loc[0]], loc[1:])}
+    if isinstance(value, list | tuple) and isinstance(loc[0], int):
+        return [_with_float(one, loc[1:]) if index == loc[0] else one for index, one in enumerate(value)]
     return math.nan
-
-
-def caller() -> str:
-    """``file:line`` of the code that called the contract; empty where that is the framework's own."""
-    frame = inspect.currentframe()
-    while frame is not None and frame.f_globals.get("__name__", "").startswith("mosaic_core.contract."):
-        frame = frame.f_back
-    if frame is None or frame.f_globals.get("__name__", "").startswith("mosaic_core."):
-        return ""
-    return f"{frame.f_code.co_filename}:{frame.f_lineno}"

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.requests.asking import Asking, LostRequest
 from mosaic_core.machines.requests.request_words import (
     MAX_QUESTION_BYTES,
@@ -71,7 +72,7 @@ class RequestCaller:
         """See :meth:`RobotConnection.request`."""
         due_at_s = time.monotonic() + timeout_s
         plain = question.model_dump(mode="json") if isinstance(question, BaseModel) else question
-        if len(to_json(plain).encode()) > MAX_QUESTION_BYTES - 256:
+        if len(_json(plain).encode()) > MAX_QUESTION_BYTES - 256:
             raise RequestFailed("request.too_large")
         if self._store.state.phase != "open":
             await self._store.wait_open(timeout_s)
@@ -133,6 +134,18 @@ class RequestCaller:
             if one.id in self._waiting:
                 _settle(self._waiting[one.id][0], RequestFailed(one.code))
         self._timer.set(self._asking.deadline_s)
+
+
+def _json(question: Any) -> str:
+    """The question as JSON; raises :class:`MosaicError` for numbers that JSON does not know."""
+    try:
+        return to_json(question)
+    except ValueError:
+        fields = ", ".join(finite(question, None)[1])
+        if not fields:
+            raise
+        message = f"the question holds what is no finite number: {fields}"
+        raise MosaicError(message, code="safety.not_finite") from None
 
 
 def _settle(future: asyncio.Future[Any], outcome: Any) -> None:

@@ -6,9 +6,14 @@ import json
 import math
 from typing import Any
 
-from pydantic import PydanticUserError, TypeAdapter, ValidationError
+from pydantic import BaseModel, PydanticUserError, TypeAdapter, ValidationError
 
+from mosaic_core.contract.declared.unsent import names_of
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
+from mosaic_core.words.errors import nearest
+
+MAX_KEY = 40
+"""Characters of a stranger's key that a refusal repeats."""
 
 
 def _finite(text: str) -> float:
@@ -68,7 +73,21 @@ class PayloadReader:
         try:
             return self._adapter.validate_python(value)
         except ValidationError as error:
-            raise Refused("channel.invalid", _in_words(error)) from None
+            raise Refused("channel.invalid", _in_words(error) + self._unknown_beside(error, value)) from None
+
+    def _unknown_beside(self, error: ValidationError, value: Any) -> str:
+        """The first key that is no field, where a field is missing: it was probably meant to be that one."""
+        problems = error.errors(include_url=False, include_input=False, include_context=False)
+        missing = [str(one["loc"][0]) for one in problems if one["type"] == "missing" and len(one["loc"]) == 1]
+        is_model = isinstance(self._type, type) and issubclass(self._type, BaseModel)
+        if not missing or not is_model or not isinstance(value, dict):
+            return ""
+        known = {*names_of(self._type)}
+        unknown = next((key for key in value if key not in known), None)
+        if unknown is None:
+            return ""
+        meant = nearest(unknown[:MAX_KEY], missing)
+        return f"; no field {unknown[:MAX_KEY]!r}" + (f": did you mean '{meant}'?" if meant else "")
 
 
 def _unread(error: ValueError | RecursionError) -> str:

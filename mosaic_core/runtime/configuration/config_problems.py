@@ -9,8 +9,8 @@ from typing import Any, TypeVar, get_args
 from pydantic import AliasChoices, BaseModel, SecretStr, ValidationError
 from pydantic_core import ErrorDetails
 
+from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
 from mosaic_core.runtime.configuration.mistakes.choices import real_place, told_once
-from mosaic_core.runtime.configuration.mistakes.expectations import EXPLAINED, expectation
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.errors import Problem, guess
 

@@ -19,7 +19,6 @@ from traceback import extract_tb
 from types import ModuleType
 
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
-from mosaic_core.runtime.threads.code_places import said_by
 from mosaic_core.words.errors import MosaicError, Problem, nearest
 
 FOLDER = "connectors"
@@ -58,6 +57,9 @@ class LocalConnector:
 
     def explained(self, error: BaseException) -> str:
         """Why the file could not be imported, with the line of the folder where it happened."""
+        # Only now: a list of connectors explains no error, and needs no pydantic.
+        from mosaic_core.runtime.threads.error_words import said_by
+
         if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
             return error.message  # which begins with the place
         frames = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).parent == self.file.parent]

@@ -22,7 +22,7 @@ from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.handlers.task_runner import leave_behind
-from mosaic_core.runtime.threads.code_places import said_by
+from mosaic_core.runtime.threads.error_words import said_by
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 from mosaic_core.runtime.threads.handover import Handover

@@ -7,27 +7,14 @@ A handler never has two bodies at once. Stop wakes a waiting body; its generator
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.threads.failures import Failures
-from mosaic_core.words.errors import MosaicError
 
 Body = Callable[[], Any]
 Consume = Callable[[Any], object]
-
-
-def items_of(body: Body) -> Iterable[Any]:
-    """What a ``def`` body sends. Raises :class:`MosaicError` (``plugin.wrong_message``) if it is nothing to iterate."""
-    stream: Any = body()
-    if isinstance(stream, Iterable):
-        return stream
-    code = getattr(body, "__code__", None)
-    place = f" ({code.co_filename}:{code.co_firstlineno})" if code is not None else ""
-    name = getattr(body, "__qualname__", "the body")
-    message = f"{name}(){place} returned {type(stream).__name__}, and nothing to send."
-    raise MosaicError(f"{message} Let it yield.", code="plugin.wrong_message", cure="Let it yield.")
 
 
 class Runner(ABC):

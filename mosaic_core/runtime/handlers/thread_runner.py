@@ -6,9 +6,9 @@ import logging
 import threading
 import time
 
-from mosaic_core.contract.declared.yielded import hand_over
+from mosaic_core.contract.declared.yielded import hand_over, items_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
-from mosaic_core.runtime.handlers.runner import Body, Consume, Runner, items_of
+from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import HandlerThread
 

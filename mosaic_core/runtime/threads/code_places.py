@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
-from mosaic_core.words.errors import MosaicError, nearest
+from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.words.errors import MosaicError
 
 _CORE = f"{Path(__file__).parents[2]}{os.sep}"
 _STANDARD = f"{Path(os.__file__).parent}{os.sep}"
@@ -22,19 +23,6 @@ def explained_error(error: BaseException) -> str:
         return error.message  # which begins with the place
     place = place_of(error)
     return said_by(error) + (f" ({place})" if place and place not in str(error) else "")
-
-
-def said_by(error: BaseException) -> str:
-    """Kind and words of an error; of an attribute that is not there also the nearest name that is."""
-    return f"{type(error).__name__}: {error}{_attribute_meant(error)}"
-
-
-def _attribute_meant(error: BaseException) -> str:
-    if not isinstance(error, AttributeError) or not isinstance(error.name, str):
-        return ""
-    names = object.__dir__(error.obj)  # without the plugin's own code
-    meant = nearest(error.name, (one for one in names if error.name.startswith("_") or not one.startswith("_")))
-    return f"; did you mean '{meant}'?" if meant else ""
 
 
 def place_of(error: BaseException) -> str:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.timing.failure_course import FailureCourse
-from mosaic_core.runtime.threads.code_places import said_by
+from mosaic_core.runtime.threads.error_words import said_by
 from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.words.errors import DeviceGone, MosaicError
 

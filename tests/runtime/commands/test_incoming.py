@@ -139,6 +139,22 @@ def test_what_does_not_fit_is_refused_with_its_code(payload: bytes, code: str) -
 @pytest.mark.parametrize(
     ("payload", "message"),
     [
+        (b"{}", "v: Field required"),
+        (b'{"x": 1}', "v: Field required; no field 'x'"),
+        (b'{"V": 1}', "v: Field required; no field 'V': did you mean 'v'?"),
+        (b'{"v": "fast", "x": 1}', "v: Input should be a valid number, unable to parse string as a number"),
+        (b'{"' + b"x" * 999 + b'": 1}', f"v: Field required; no field '{'x' * 40}'"),
+    ],
+)
+def test_a_missing_field_is_told_with_the_key_that_stands_instead(payload: bytes, message: str) -> None:
+    with pytest.raises(Refused) as caught:
+        PayloadReader(Typed("a")).read(payload)
+    assert caught.value.message == message
+
+
+@pytest.mark.parametrize(
+    ("payload", "message"),
+    [
         (b'{"v": ' + b"1" * 5000 + b"}", "a whole number of too many digits"),
         (b"[" * 100_000, "nested too deeply"),
         (b'{"v": 1, "extra": "\\ud800"}', "half a surrogate pair"),

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from pydantic_core import ErrorDetails
 
-from mosaic_core.runtime.configuration.mistakes.expectations import expectation
+from mosaic_core.contract.declared.expectations import expectation
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 
 Told: TypeAlias = tuple[ErrorDetails, str]

@@ -1,4 +1,4 @@
-"""Tells what a configuration should say where pydantic refused what it says, in words of ours."""
+"""Tells what a configuration or a message should say where pydantic refused what it says, in words of ours."""
 
 from __future__ import annotations
 

@@ -1,0 +1,69 @@
+"""Says what an error of a plugin's code says, in words that name the cure: the nearest name, what was expected."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from traceback import walk_tb
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
+from mosaic_core.contract.declared.unsent import names_of
+from mosaic_core.words.errors import guess, nearest
+
+MANY_MISTAKES = 4
+"""More of one model are no help in an error."""
+MANY_LETTERS = 60
+"""As many of a refused value are shown."""
+
+
+def said_by(error: BaseException) -> str:
+    """Kind and words of an error; of an attribute that is not there also the nearest name that is."""
+    return f"{type(error).__name__}: {_refused_values(error) or error}{_attribute_meant(error)}"
+
+
+def _attribute_meant(error: BaseException) -> str:
+    if not isinstance(error, AttributeError) or not isinstance(error.name, str):
+        return ""
+    names = object.__dir__(error.obj)  # without the plugin's own code
+    meant = nearest(error.name, (one for one in names if error.name.startswith("_") or not one.startswith("_")))
+    return f"; did you mean '{meant}'?" if meant else ""
+
+
+def _refused_values(error: BaseException) -> str:
+    """What a model refused, by field; nothing of any other error."""
+    if not isinstance(error, ValidationError):
+        return ""
+    model = _model_of(error)
+    told = [_refused_value(one, model) for one in error.errors(include_url=False)[:MANY_MISTAKES]]
+    return f"{error.title}: {'; '.join(told)}"
+
+
+def _refused_value(mistake: ErrorDetails, model: type[BaseModel] | None) -> str:
+    field = ".".join(map(str, mistake["loc"]))
+    if mistake["type"] == "missing":
+        return f"'{field}' is missing"
+    if mistake["type"] == "extra_forbidden":
+        return f"unknown key '{field}'" + _in_brackets(guess(field, _names_in(model)))
+    expected, cure = expectation(mistake, str(mistake["loc"][-1]) if mistake["loc"] else "")
+    got = "" if mistake["type"] in EXPLAINED else f", got {mistake['input']!r:.{MANY_LETTERS}}"
+    return f"{field}{': ' if field else ''}{expected}{got}{_in_brackets(cure)}"
+
+
+def _in_brackets(cure: str) -> str:
+    return f" ({cure})" if cure else ""
+
+
+def _names_in(model: type[BaseModel] | None) -> Iterable[str]:
+    return () if model is None else names_of(model)
+
+
+def _model_of(error: ValidationError) -> type[BaseModel] | None:
+    """The class whose values were refused: pydantic tells its name alone."""
+    for frame, _ in walk_tb(error.__traceback__):
+        one = frame.f_locals.get("self", frame.f_locals.get("cls"))
+        kind = one if isinstance(one, type) else type(one)
+        if issubclass(kind, BaseModel) and kind.__name__ == error.title:
+            return kind
+    return None

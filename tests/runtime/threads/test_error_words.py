@@ -1,0 +1,51 @@
+"""What pydantic refuses of an author's code is told in our words, with the nearest name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import pytest
+
+from mosaic_core import Message, Params
+from mosaic_core.runtime.threads.code_places import explained_error
+from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.words.safety_config import FieldBounds
+
+
+class Warmth(Message):
+    value_c: float
+    colour: Literal["red", "blue"] = "red"
+
+
+class Reading(Params):
+    period_s: float = 1.0
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda: Warmth(value_c="warm"), "Warmth: value_c: expected a number, got 'warm'"),
+        (lambda: Warmth(), "Warmth: 'value_c' is missing"),
+        (
+            lambda: Warmth(value_c=1, colour="rde"),
+            "Warmth: colour: expected 'red' or 'blue', got 'rde' (did you mean 'red'?)",
+        ),
+        (lambda: FieldBounds(maxx=1), "FieldBounds: unknown key 'maxx' (did you mean 'max'?)"),
+        (lambda: FieldBounds(zzz=1, min="a"), "FieldBounds: min: expected a number, got 'a'; unknown key 'zzz'"),
+        (lambda: Reading.model_validate({"perod_s": 1}), "Reading: unknown key 'perod_s' (did you mean 'period_s'?)"),
+        (lambda: Warmth.model_validate([1]), "Warmth: expected a mapping of keys to values, got [1]"),
+        (lambda: Warmth(value_c="x" * 999), f"Warmth: value_c: expected a number, got '{'x' * 59}"),
+    ],
+)
+def test_what_a_model_refuses_is_told_by_field(made: Callable[[], Any], words: str) -> None:
+    with pytest.raises(ValueError, match="validation error") as caught:
+        made()
+    assert said_by(caught.value) == f"ValidationError: {words}"
+    assert explained_error(caught.value).startswith(f"ValidationError: {words} ({__file__}:")
+
+
+def test_many_mistakes_are_bounded() -> None:
+    with pytest.raises(ValueError, match="validation error") as caught:
+        FieldBounds(**dict.fromkeys("abcdefgh", 1))
+    assert said_by(caught.value).count("unknown key") == 4
