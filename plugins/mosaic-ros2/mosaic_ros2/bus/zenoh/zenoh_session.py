@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import zenoh
+import zenoh.handlers
 
 from mosaic_ros2.bus.bus import BusError, HeardEndpoint
 from mosaic_ros2.bus.zenoh.ros_keys import Token, node_token, read_token, token_of, tokens_of
@@ -36,7 +37,9 @@ class ZenohSession:
         self._tokens: dict[str, Token] = {}
         self._numbers = iter(range(1, 1 << 62))
         self._node = self.zenoh.liveliness().declare_token(node_token(domain, self.id))
-        self._watch = self.zenoh.liveliness().declare_subscriber(tokens_of(domain), self._changed, history=True)
+        # On Zenoh's own thread: one of Python's, which it would make, outlives the session, and the process never ends.
+        changed = zenoh.handlers.Callback(self._changed, indirect=False)
+        self._watch = self.zenoh.liveliness().declare_subscriber(tokens_of(domain), changed, history=True)
 
     def _changed(self, sample: Any) -> None:
         """Zenoh's thread: somebody came or went."""
