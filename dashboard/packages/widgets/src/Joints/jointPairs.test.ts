@@ -20,19 +20,21 @@ describe('two arms with joints of equal names', () => {
   test('of two connectors each show their own', () => {
     const left = target('left', ['base', 'lift'], 'left')
     const right = target('right', ['base', 'lift'], 'right')
-    const entries = [left, report('left_joints', 'left'), right, report('right_joints', 'right')]
+    const rightJoints = report('right_joints', 'right')
+    const entries = [left, report('left_joints', 'left'), right, rightJoints]
     expect(shown(entries, BOTH, left)).toEqual([['base', 1], ['lift', 1]])
     expect(shown(entries, BOTH, right)).toEqual([['base', 2], ['lift', 2]])
-    expect(targetOfJoint(entries, entries[3]!, 'base')).toBe(right)
+    expect(targetOfJoint(entries, rightJoints, 'base')).toBe(right)
   })
 
   test.each(['robot', undefined])('of one connector (%s), or each handler of its own, go by how they are called', (connector) => {
     const left = target('left_arm', ['base', 'lift'], connector)
     const right = target('right_arm', ['base', 'lift'], connector)
-    const entries = [right, left, report('left_joints', connector), report('right_joints', connector)]
+    const leftJoints = report('left_joints', connector)
+    const entries = [right, left, leftJoints, report('right_joints', connector)]
     expect(shown(entries, BOTH, left)).toEqual([['base', 1], ['lift', 1]])
     expect(shown(entries, BOTH, right)).toEqual([['base', 2], ['lift', 2]])
-    expect(targetOfJoint(entries, entries[2]!, 'base')).toBe(left)
+    expect(targetOfJoint(entries, leftJoints, 'base')).toBe(left)
   })
 
   test('show nothing where nothing tells them apart', () => {
@@ -47,10 +49,11 @@ describe('two arms with joints of equal names', () => {
 })
 
 test('a report of the whole body tells of each arm its own joints', () => {
-  const entries = [target('left', ['l1', 'l2']), target('right', ['r1']), report('joint_states')]
+  const [left, right] = [target('left', ['l1', 'l2']), target('right', ['r1'])]
+  const entries = [left, right, report('joint_states')]
   const heard = { joint_states: at(0.5, 'r1', 'l1', 'l2', 'head') }
-  expect(shown(entries, heard, entries[0]!)).toEqual([['l1', 0.5], ['l2', 0.5]])
-  expect(shown(entries, heard, entries[1]!)).toEqual([['r1', 0.5]])
+  expect(shown(entries, heard, left)).toEqual([['l1', 0.5], ['l2', 0.5]])
+  expect(shown(entries, heard, right)).toEqual([['r1', 0.5]])
 })
 
 test('the report of the own connector tells also where it has some of the joints only', () => {
