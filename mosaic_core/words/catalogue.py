@@ -103,7 +103,7 @@ class CatalogueEntry(WireModel):
     )
     item_names: tuple[PlainText, ...] | None = Field(
         default=None,
-        description="The names that a command may have, such as those of the joints, where they are known.",
+        description="The names that a command may have, such as those of joints, where they are known.",
     )
     safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
 

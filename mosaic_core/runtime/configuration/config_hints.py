@@ -15,8 +15,6 @@ from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import Problem
 
 _SNAKE = re.compile(r"[a-z0-9]+(_[a-z0-9]+)*")
-CLICK_PERIOD_S = 1.0
-"""A person clicking a pad of the original dashboard again and again does so about once a second."""
 
 
 def hints_of(
@@ -58,12 +56,6 @@ def _connector_hints(connector: CheckedConnector, legacy_peers: str) -> Iterator
         guess = f"'{suggestion}' would be the usual spelling"
         yield connector.problem(f"the label '{label}' is not snake_case", "label", guess=guess)
     timeout_s = connector.safety.timeout_s
-    if timeout_s is not None and timeout_s < CLICK_PERIOD_S:
-        message = (
-            f"pads of original dashboards send one message per click: with timeout_s {timeout_s:g} the robot moves in"
-            f" steps of {timeout_s:g} s"
-        )
-        yield connector.problem(message, "safety", "timeout_s", cure="that is the safe way; nothing to change")
     yield from _weak_points(connector)
     if declared_requests(connector.configurer) is not None:
         return  # its class bounds every request

@@ -397,13 +397,8 @@ def test_hints_are_no_mistakes(check: Check, robot_yaml: RobotYaml) -> None:
     )
     validation = check(text)
     assert validation.problems == ()
-    assert [hint.path for hint in validation.hints] == [
-        "server.ws_url",
-        "connectors[0].label",
-        "connectors[0].safety.timeout_s",
-    ]
+    assert [hint.path for hint in validation.hints] == ["server.ws_url", "connectors[0].label"]
     assert "'cmd_vel' would be the usual spelling" in validation.hints[1].cure
-    assert "one message per click: with timeout_s 0.3 the robot moves in steps of 0.3 s" in validation.hints[2].message
 
 
 def test_a_journal_in_a_folder_that_is_not_there_is_hinted_at(

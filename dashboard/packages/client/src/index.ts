@@ -33,6 +33,7 @@ export { SendableStore } from './stores/SendableStore'
 export { TalkStore, type Talker, type VoiceLine } from './stores/TalkStore'
 export { pageTicks, timerTicks, type Ticks } from './timing/Ticks'
 export { entryFor } from './words/entryFor'
+export { siblingsOf } from './words/siblingsOf'
 export type * from './words/types'
 // The words of the wire that a widget needs, so that it has one package to import from.
 export { messages, MOMENT_TITLES, ORIGINAL_TYPES, plainText, reasonOf, RobotStatus, WIDGET_HINTS } from '@mosaic/protocol'

@@ -117,7 +117,7 @@ export interface CatalogueEntry {
   sentSchema?: Record<string, unknown>
   /** Of a connector that answers requests: JSON Schema of an answer. */
   answerSchema?: Record<string, unknown>
-  /** The names that a command may have, such as those of the joints, where they are known. */
+  /** The names that a command may have, such as those of joints, where they are known. */
   itemNames?: readonly string[]
   /** The limits that the robot enforces. */
   safety?: Record<string, unknown>

@@ -22,5 +22,6 @@ export { chooseWidget, fitOf, widgetsFor, type Fit } from './registry/chooseWidg
 export type { Acceptance, WidgetDefinition, WidgetProps } from './registry/WidgetDefinition'
 export { widgets } from './widgets'
 export { useConnectorStore } from './stores/useConnectorStore'
+export { useEntries, useSiblings } from './stores/useEntries'
 export { useEveryJson, useEveryMessage, useLatest, useLatestJson } from './stores/useReceived'
 export { cssVariables, theme } from './theme/theme'

@@ -2,6 +2,7 @@ import { expect, test } from 'vitest'
 import { channelPlan } from '../../src/bindings/channelPlan'
 import { mediaLines } from '../../src/bindings/mediaLines'
 import { entryFor } from '../../src/words/entryFor'
+import { siblingsOf } from '../../src/words/siblingsOf'
 import { CATALOGUE, entry, ROBOT } from '../bench'
 
 const own = (label: string, more: Parameters<typeof entry>[1]) => entry(label, { type: 'acme-arm', ...more })
@@ -39,4 +40,11 @@ test('each camera of a connector gets a line of its own, and so does its microph
 test('a label that is none gets the nearest one told', () => {
   const plan = channelPlan({ robotId: ROBOT, connectorId: 'arm_stat' }, { catalogue, isOriginal: false, bare: bare('json-r2u') })
   expect(plan).toMatchObject({ type: 'mismatch', state: { nearest: 'arm_state' } })
+})
+
+test('siblings are the other entries of the same connector, whatever it is called; an entry alone has none', () => {
+  const [arm, state, other] = [{ ...ARM, connector: 'left' }, { ...STATE, connector: 'left' }, { ...STATE, label: 'right_state', connector: 'right' }]
+  expect(siblingsOf({ entries: [arm, other, state] }, arm)).toEqual([state])
+  expect(siblingsOf(catalogue, ARM)).toEqual([])
+  expect(siblingsOf(null, arm)).toEqual([])
 })

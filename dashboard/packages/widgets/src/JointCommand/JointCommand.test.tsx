@@ -6,11 +6,11 @@ import { FakeConnection, WithRobot } from '../../test/fakeRobot'
 import { FakeStore, storesOf } from '../../test/fakeStore'
 import { GripperCommand } from './GripperCommand'
 import { JointCommand } from './JointCommand'
-import { typedNumber } from './jointDraft'
+import { ofNames, typedNumber } from './jointDraft'
 import { repeatPeriodS } from './useKeptTarget'
 
 const { JointState, JointTarget, GripperTarget } = messages.SCHEMA_IDS
-const TARGET: CatalogueEntry = { label: 'move', type: 'x', kind: 'data', dataType: 'json-u2r', direction: 'to-robot', channels: [], delivery: 'latest', schemaId: JointTarget }
+const TARGET: CatalogueEntry = { label: 'move', type: 'x', connector: 'arm', kind: 'data', dataType: 'json-u2r', direction: 'to-robot', channels: [], delivery: 'latest', schemaId: JointTarget }
 const STATE: CatalogueEntry = { ...TARGET, label: 'arm', dataType: 'json-r2u', direction: 'to-operator', schemaId: JointState }
 
 let commands: FakeStore
@@ -34,6 +34,7 @@ function shown(entry: CatalogueEntry, hasState = true): FakeConnection {
 }
 
 const slide = (name: string, value: number) => fireEvent.change(screen.getByRole('slider', { name }), { target: { value: String(value) } })
+const type = (name: string, text: string) => fireEvent.change(screen.getByRole('textbox', { name }), { target: { value: text } })
 const move = () => userEvent.click(screen.getByRole('button', { name: 'Move' }))
 
 test('sliders begin where the joints stand, and only what was touched is sent', async () => {
@@ -53,7 +54,7 @@ test('sliders begin where the joints stand, and only what was touched is sent', 
 test('what was touched before it is known where the joints are stays touched', () => {
   const entry = { ...TARGET, safety: { limits: { 'positions.elbow': { min: 0, max: 2 } } } }
   const connection = shown(entry, false)
-  slide('elbow', 1.5)
+  type('elbow', '1,5')
   act(() => connection.catalogue.set({ hash: '', entries: [entry, STATE] }))
   joints.say({ names: ['elbow'], positions: [0.5], velocities: [], efforts: [] })
   expect(screen.getByText('1.500 rad')).toBeTruthy()
@@ -80,11 +81,42 @@ test('what the link did not take stays set', async () => {
 
 test('without a report the joints are those that the limits name; without either a person writes them', () => {
   shown({ ...TARGET, safety: { limits: { 'positions.base': { min: -1, max: 1 } } } }, false)
-  expect(screen.getByRole('slider', { name: 'base' })).toBeTruthy()
+  expect(screen.getByRole('textbox', { name: 'base' })).toBeTruthy()
   cleanup()
   shown(TARGET, false)
   expect(screen.getByRole('textbox', { name: 'Message to move' })).toBeTruthy()
 })
+
+test('only the joints that the connector takes are shown, and those of another arm never', async () => {
+  const entry = { ...TARGET, connector: undefined, itemNames: ['base', 'lift'] }
+  shown(entry)
+  joints.say({ names: ['mast_pan', 'mast_tilt', 'base'], positions: [0.1, 0.2, 0.3] })
+  expect(screen.queryAllByRole('slider')).toEqual([])
+  expect(screen.getAllByText('not set')).toHaveLength(2)
+  joints.say({ names: ['mast_pan', 'lift', 'base'], positions: [0.1, 0.2, 0.3] })
+  const sliders = await screen.findAllByRole('slider')
+  expect(sliders.map((slider) => slider.getAttribute('aria-valuetext'))).toEqual(['0.300 rad', '0.200 rad'])
+})
+
+test('where nobody knows where a joint stands a number is typed, and no key sends it to a made-up place', async () => {
+  shown({ ...TARGET, itemNames: ['base', 'lift'], safety: { limits: { 'positions.base': { min: -1, max: 1 } } } }, false)
+  await userEvent.type(screen.getByRole('textbox', { name: 'base' }), '{ArrowUp}{ArrowRight}')
+  expect(screen.getByRole<HTMLButtonElement>('button', { name: 'Move' }).disabled).toBe(true)
+  for (const wrong of ['2', '-', 'x', '1.5.2']) {
+    type('base', wrong)
+    expect(screen.getByRole('textbox', { name: 'base' }).getAttribute('aria-invalid')).toBe('true')
+    expect(screen.getByRole<HTMLButtonElement>('button', { name: 'Move' }).disabled).toBe(true)
+  }
+  type('base', '-0,5')
+  await move()
+  expect(commands.sent).toEqual([{ names: ['base'], positions: [-0.5] }])
+  expect(screen.getByRole<HTMLInputElement>('textbox', { name: 'base' }).value).toBe('')
+  type('base', '')
+  expect(screen.getByRole('textbox', { name: 'base' }).getAttribute('aria-invalid')).toBeNull()
+})
+
+test('what was touched of a joint that is shown no more is not sent', () =>
+  expect(ofNames({ elbow: 1, wrist: 2 }, ['wrist', 'base'])).toEqual({ wrist: 2 }))
 
 test('nothing is sent while somebody else commands, and why is said', () => {
   shown(TARGET)

@@ -14,6 +14,11 @@ export function knownNames(reported: readonly Joint[], limited: readonly string[
   return [...new Set([...reported.map(({ name }) => name), ...limited])]
 }
 
+/** What was set of these joints: what is shown no more is not sent either. */
+export function ofNames(draft: JointDraft, names: readonly string[]): JointDraft {
+  return Object.fromEntries(Object.entries(draft).filter(([name]) => names.includes(name)))
+}
+
 /** Where the slider of a joint stands: as it was set, else where the joint is; null where nobody knows. */
 export function shownPosition(draft: JointDraft, reported: readonly Joint[], name: string): number | null {
   return draft[name] ?? reported.find((joint) => joint.name === name)?.position ?? null

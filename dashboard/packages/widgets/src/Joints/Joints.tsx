@@ -1,24 +1,24 @@
-import { messages } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { formatted } from '../schema/messageFields'
 import { jsonOf } from '../stores/decode'
 import { useLatest } from '../stores/useReceived'
+import { targetOfJoint } from './jointPairs'
 import { isOutside, jointsOf, rangeOf, shareOf, type Joint, type JointRange } from './joints'
 import classes from './Joints.module.css'
 
 /** A line for each joint: where it stands within its limits, how fast it moves, how hard it works. */
 export function Joints({ robotId, entry, store }: WidgetProps) {
   const latest = useLatest(store)
-  const safety = useCommandSafety(robotId)
+  const entries = useReadable(useRobotConnection(robotId).catalogue)?.entries ?? []
   const decoded = latest === null ? null : jsonOf(latest.data)
   if (decoded === null) return <Notice tone="wait" title="No joints yet" />
   const joints = decoded.ok ? jointsOf(decoded.value) : null
   if (joints === null) return <Notice tone="bad" title="Not the state of joints">It has names, each once, and positions.</Notice>
   const has = (key: 'velocity' | 'effort') => joints.some((joint) => joint[key] !== null)
   const [hasVelocity, hasEffort] = [has('velocity'), has('effort')]
-  const ranges = joints.map(({ name }) => rangeOf(safety, `positions.${name}`))
+  const ranges = joints.map(({ name }) => rangeOf(targetOfJoint(entries, entry, name)?.safety, `positions.${name}`))
   const hasPlace = ranges.some((range) => shareOf(0, range) !== null)
   return (
     <div className={classes.scroll} tabIndex={0} role="region" aria-label={`Joints of ${entry.label}`}>
@@ -91,11 +91,4 @@ function PlaceBar({ name, position, range }: { name: string; position: number | 
       <span className={classes.mark} style={{ insetInlineStart: `${100 * share}%` }} />
     </div>
   )
-}
-
-/** The limits of whatever moves the joints of this robot. */
-function useCommandSafety(robotId: string): Record<string, unknown> | undefined {
-  const catalogue = useReadable(useRobotConnection(robotId).catalogue)
-  const entries = catalogue?.entries ?? []
-  return entries.find(({ schemaId }) => schemaId === messages.SCHEMA_IDS.JointTarget)?.safety
 }

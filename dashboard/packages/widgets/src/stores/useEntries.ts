@@ -1,4 +1,4 @@
-import type { CatalogueEntry } from '@mosaic/client'
+import { siblingsOf, type CatalogueEntry } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useMemo } from 'react'
 
@@ -11,8 +11,14 @@ export function useEntries(robotId: string, schemaIds: readonly string[]): reado
   )
 }
 
+/** The other entries of the widget's own connector, whatever the robot's file calls it. */
+export function useSiblings(robotId: string, entry: CatalogueEntry): readonly CatalogueEntry[] {
+  const catalogue = useReadable(useRobotConnection(robotId).catalogue)
+  return useMemo(() => siblingsOf(catalogue, entry), [catalogue, entry])
+}
+
 /** The schema id of what the robot sends. */
-function arrivingId({ dataType, direction, schemaId, sentSchemaId }: CatalogueEntry): string | undefined {
+export function arrivingId({ dataType, direction, schemaId, sentSchemaId }: CatalogueEntry): string | undefined {
   if (direction === 'to-robot') return undefined
   return dataType === 'json-bi' ? sentSchemaId : schemaId
 }
