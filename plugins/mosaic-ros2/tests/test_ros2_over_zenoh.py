@@ -124,9 +124,8 @@ async def test_bytes_that_are_no_message_cost_nothing_but_themselves(ros: ZenohR
 
 
 def first_told(params: dict[str, Any]) -> Any:
-    """What a robot of its own hears first. The clock of the kit runs ahead of a busy router: until it is heard, nobody is
-    there."""
-    shared, told = Shared(), []
+    """What a robot of its own hears first. The clock of the kit runs ahead of a busy router, so it tries again."""
+    shared, told = Shared(), list[Any]()
 
     def is_told() -> bool:
         with suppress(DeviceGone):
