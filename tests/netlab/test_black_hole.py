@@ -12,6 +12,8 @@ pytestmark = [pytest.mark.netlab, pytest.mark.timeout(90)]
 
 TIMEOUT_S = 0.3
 MARGIN_S = 0.5
+LEASE_WAIT_S = 20.0
+"""The operator of the test before may still hold it, until the robot has noticed that it is gone."""
 """For a busy machine; bench/control.py measures what it is."""
 FULL_MPS = 0.4
 RTT_CURVE_ENDS_S = 1.2
@@ -42,7 +44,7 @@ async def heal(site: Any) -> float:
 def test_a_short_hole_in_the_network_stops_the_robot_and_nothing_old_moves_it_afterwards(site: Any, until: Any) -> None:
     async def body() -> None:
         async with site.connected() as connection:
-            await connection.control.take()
+            await connection.control.take(wait_s=LEASE_WAIT_S)
             await cut_while_driving(site, until, connection)
             healed_s = await heal(site)
             for _ in range(10):
@@ -57,7 +59,7 @@ def test_a_short_hole_in_the_network_stops_the_robot_and_nothing_old_moves_it_af
 def test_after_a_long_hole_the_robot_stands_until_somebody_commands_it_anew(site: Any, until: Any) -> None:
     async def body() -> None:
         async with site.connected() as connection:
-            await connection.control.take()
+            await connection.control.take(wait_s=LEASE_WAIT_S)
             await cut_while_driving(site, until, connection)
             await until(lambda: connection.state == "closed", "the operator notices")
         healed_s = await heal(site)
@@ -76,7 +78,7 @@ def test_an_operator_whose_commands_vanish_but_who_hears_everything_stops_the_ro
 ) -> None:
     async def body() -> None:
         async with site.connected() as connection:
-            await connection.control.take()
+            await connection.control.take(wait_s=LEASE_WAIT_S)
             await cut_while_driving(site, until, connection, to_operator=False)
 
     site.on_operators_side(body)
@@ -87,7 +89,7 @@ def test_who_hears_nothing_more_drives_slower_and_then_not_at_all_however_many_c
 ) -> None:
     async def body() -> None:
         async with site.connected() as connection:
-            await connection.control.take()
+            await connection.control.take(wait_s=LEASE_WAIT_S)
             async with site.driving(connection):
                 await asyncio.to_thread(site.lab.cut, to_robot=False)
                 cut_s = time.monotonic()

@@ -93,23 +93,6 @@ async def test_a_server_that_vanishes_in_the_middle_of_a_request_is_told(domain:
             assert (await lamp(link))["success"]
 
 
-async def test_a_flood_of_replies_to_others_does_not_hold_up_ones_own(node: RosNode, here: dict[str, Any]) -> None:
-    server = node.server("/lamp", SET_BOOL, answering)
-    body = encoded("std_srvs/msg/SetBool_Response", {"message": "of somebody else"})
-    params = {**here, "service": "/lamp", "type": SET_BOOL, "timeout_s": 60}
-    async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
-        assert (await lamp(link))["success"]
-
-        def flood() -> None:
-            for number in range(FLOOD):
-                server.reply(number, number % 3, body)
-
-        flooding = asyncio.create_task(asyncio.to_thread(flood))
-        while not flooding.done():
-            assert (await lamp(link, False))["message"] == "lamp False"
-        await flooding
-
-
 async def test_of_a_flood_on_a_topic_the_last_comes_and_what_can_not_be_is_left_out(
     node: RosNode, here: dict[str, Any]
 ) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import mosaic_sensors.byte_source
+from support.waiting import wait_for
 
 NAME = "/dev/ttyTEST"
 """Where a device is plugged in, whichever it is."""
@@ -20,7 +21,8 @@ NAME = "/dev/ttyTEST"
 
 class PtyDevice:
     """Speaks and listens at one end; ``port`` is the name of the other, and :data:`NAME` leads to it, too. What is said
-    before anybody has opened the port is lost, as on a real line: ``greeting`` is said as soon as somebody has."""
+    before anybody has opened the port is lost, as on a real line: ``greeting`` is said as soon as somebody has, and is
+    there before the first read: what comes in pieces is thinned otherwise."""
 
     def __init__(self) -> None:
         self._ours, self._theirs = os.openpty()
@@ -50,6 +52,7 @@ class PtyDevice:
         self.bauds.append(baud)
         if self.greeting:
             self.says(self.greeting)
+            wait_for(lambda: made.in_waiting >= len(self.greeting), "the greeting is there, whole")
         return made
 
 
