@@ -28,7 +28,8 @@ pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(90)]
 PAGE, C2, C1 = "original page on aiortc", "original robot (C2) on aiortc", "original robot (C1)"
 ROBOT, SERVER, OPERATOR = "our robot", "our server", "our Python operator"
 FORWARD = json.dumps({"linear": {"x": 0.3, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0.1}})
-FIRST_PICTURE_S = 0.6
+FIRST_PICTURE_S = 2.0
+"""On a busy machine, too; one that is not known as an original page at once sees nothing for 2.2 s."""
 
 
 async def differ(track: Any) -> float:
