@@ -22,7 +22,7 @@ ENDS_IN_SAFETY = ("silence", "disconnect", "leaves", "stop", "stop-on-control", 
 """Exercises that whatever moves has to pass; none may be skipped."""
 
 
-async def live_drill(configured: Configured) -> list[DrillFinding]:
+async def live_drill(configured: Configured, *, live: bool = True) -> list[DrillFinding]:
     """``configured`` is used up."""
     for connector in configured.connectors:
         for handler in connector.handlers:
@@ -30,7 +30,7 @@ async def live_drill(configured: Configured) -> list[DrillFinding]:
                 with contextlib.suppress(AttributeError):  # a property of its class: the drill waits
                     handler.timeout_s = min(handler.timeout_s, TIMEOUT_S)
     with patch.object(findings, "TOLERANCE_S", TOLERANCE_S):
-        return [finding async for finding in drill(configured, live=True)]
+        return [finding async for finding in drill(configured, live=live)]
 
 
 async def drilled(entry: ConnectorEntry) -> list[DrillFinding]:
