@@ -34,8 +34,9 @@ class ReceiverSafety:
 
     @property
     def is_motion(self) -> bool:
-        """It moves something: a stop concerns it."""
-        return self.timeout_s is not None or self.resource is not None
+        """It moves something: a stop concerns it, also where nothing guards it."""
+        is_guarded = self.timeout_s is not None or self.resource is not None
+        return is_guarded or bool(self.motion_fields or self.position_fields)
 
     @property
     def is_slowed(self) -> bool:
