@@ -50,7 +50,7 @@ async def drill(
     async with rig_of(configured, live=live) as rig:
         for subject in rig.subjects:
             if not subject.safety.is_motion:
-                why = "it moves nothing: no time-out and no lease"
+                why = "it moves nothing: no time-out, no lease and no motion fields"
                 yield DrillFinding("–", subject.label, "skipped", why=why)
                 continue
             for name in names:

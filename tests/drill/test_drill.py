@@ -153,6 +153,16 @@ async def test_a_receiver_without_a_safe_action_fails() -> None:
     assert "make_safe is not written" in found.why
 
 
+class Unguarded(Careless):
+    requires_lease = False
+
+
+async def test_a_receiver_that_names_motion_alone_is_drilled_and_a_stop_concerns_it() -> None:
+    found = await findings(sled(Unguarded), only=("safe-action", "stop"))
+    assert found["safe-action"].verdict == "failed"
+    assert found["stop"].verdict == "passed", found["stop"].why
+
+
 async def test_a_receiver_whose_handle_data_hangs_fails_when_it_is_live() -> None:
     try:
         found = (await findings(sled(Hanging), live=True, only=("silence",)))["silence"]

@@ -41,6 +41,9 @@ async def drilled(entry: ConnectorEntry) -> list[DrillFinding]:
 
 def assert_safe(found: list[DrillFinding]) -> None:
     """Nothing failed, and nothing that must be exercised was left out."""
-    assert [one for one in found if one.verdict == "failed"] == []
+    failed = [
+        f"{one.exercise}: {one.measured} instead of {one.limit}; {one.why}" for one in found if one.verdict == "failed"
+    ]
+    assert not failed, "\n".join(failed)
     passed = {one.exercise for one in found if one.verdict == "passed"}
     assert set(ENDS_IN_SAFETY) <= passed, [one for one in found if one.exercise in ENDS_IN_SAFETY]

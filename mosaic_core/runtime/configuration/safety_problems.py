@@ -249,15 +249,27 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
 
 
 def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
-    """It moves something, and neither notices silence nor has anything that stops it."""
+    """It moves something, and does not notice silence or has nothing that stops it then."""
     kind, safety = type(handler), one.safety
     resource, fields = resource_of(safety, handler), (*handler.motion_fields, *handler.position_fields)
-    is_stopped = timeout_of(safety, handler) is not None or kind.make_safe is not DataChannelReceivable.make_safe
+    has_timeout = timeout_of(safety, handler) is not None
+    has_action = kind.make_safe is not DataChannelReceivable.make_safe
     is_bounded = isinstance(handler, RequestHandler) or (safety.on_loss or safety.on_timeout) != "callback"
-    if is_stopped or is_bounded or (not fields and (resource is None or says_motion(kind))):
+    if is_bounded or (not fields and (resource is None or says_motion(kind) or has_timeout or has_action)):
+        return
+    if has_timeout and has_action:
         return
     why = f"by {' and '.join(map(repr, fields))}" if fields else f"under the lease '{resource}'"
-    message = f"connector '{one.config.label}' moves {why}, and nothing stops it: neither timeout_s nor make_safe"
+    missing, consequence = _LACKING[has_timeout, has_action]
+    message = f"connector '{one.config.label}' moves {why}, and {consequence}"
     rest = "position_fields" if handler.position_fields else "motion_fields"
-    cure = f"write both in {kind.__name__}{standing_at(kind)}, or {rest} = () if it moves nothing"
+    cure = f"write {missing} in {kind.__name__}{standing_at(kind)}, or {rest} = () if it moves nothing"
     yield one.problem(message, "safety", cure=cure)
+
+
+_LACKING = {
+    (False, False): ("both", "nothing stops it: neither timeout_s nor make_safe"),
+    (True, False): ("make_safe", "nothing stops it: without make_safe nothing happens after timeout_s"),
+    (False, True): ("timeout_s", "nobody notices silence: it has make_safe, and no timeout_s"),
+}
+"""By whether it has a time-out and a safe action: what is missing, and what follows."""

@@ -113,7 +113,7 @@ class Place:
             "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing",
         ),
         (Lamp, {}, None),
-        (Named, {}, None),
+        (Named, {"timeout_s": 0.3}, None),
         (SaysSo, {}, None),
         (Joint, {}, None),
         (Arm, {}, None),
@@ -166,14 +166,34 @@ def test_who_moves_something_that_nothing_stops_gets_a_hint(
     assert hint.cure.endswith(f"), or {rest} if it moves nothing")
 
 
+class Resting(Moved):
+    def make_safe(self, cause: str) -> None: ...
+
+
+@pytest.mark.parametrize(
+    ("handler", "safety", "missing", "consequence"),
+    [
+        (Moved, {"timeout_s": 0.3}, "make_safe", "nothing stops it: without make_safe nothing happens after timeout_s"),
+        (Resting, {}, "timeout_s", "nobody notices silence: it has make_safe, and no timeout_s"),
+    ],
+)
+def test_who_is_guarded_by_half_is_told_what_is_missing(
+    handler: Any, safety: dict[str, Any], missing: str, consequence: str
+) -> None:
+    one: Any = Place(**safety)
+    (hint,) = guard_hints(one, (handler("it"),))
+    assert hint.message == f"connector 'it' moves by 'mps', and {consequence}"
+    assert hint.cure.startswith(f"write {missing} in {handler.__name__} (")
+
+
 @pytest.mark.parametrize(
     ("handler", "safety"),
     [
         (Named, {}),
+        (Resting, {"timeout_s": 0.3}),
         (Asked, {}),
         (Guarded, {}),
         (Lamp, {}),
-        (Moved, {"timeout_s": 0.3}),
         (Moved, {"on_loss": "zero"}),
         (Leased, {"requires_lease": False}),
     ],

@@ -309,7 +309,7 @@ async def test_a_camera_goes_on_in_the_same_line_unless_it_is_encoded_otherwise(
             "{ type: wheel, label: wheel }", "{ type: eye, label: front, params: { shade: 30, rungs: 1 } }"
         )
         await until(lambda: live.robot.peers == ())
-        assert live.connection.state != "connected"  # a line that leads nowhere is closed, and its operator told
+        await until(lambda: live.connection.state != "connected")  # a line that leads nowhere is closed
 
 
 async def test_what_connectors_share_is_made_anew_with_its_last_user(bench: Bench) -> None:
