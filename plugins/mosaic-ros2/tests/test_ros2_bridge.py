@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.devices.memory_bus import MemoryBus, SharedMemoryBus
+from support.devices.memory_bus import MemoryBus, MemoryPublication, SharedMemoryBus
 from support.devices.ros_side import RosNode, decoded, qos
 
 from mosaic_core import DataChannelConfigurer, DataChannelSendable, DeviceGone, NoParams
@@ -34,6 +34,8 @@ from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing import FakeClock, FakeHost, connector, fake_host, joined, until
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConfigError, MosaicError
+from mosaic_ros2.bus.bus import BusError
+from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.bridge import Ros2BridgeConfigurer, Ros2BridgeParams, RosBridge
@@ -162,10 +164,9 @@ async def test_operators_see_who_hears_what_a_robot_bridges(node: RosNode, here:
 def test_what_is_no_message_is_counted_told_and_the_next_one_goes_on(bus: MemoryBus) -> None:
     good = told("heat", Temperature(temperature_c=20))
     handler = bridge(bus, [HEAT], told("heat", b"nonsense"), told("heat", b"{}"), good, heat="/heat")
-    reports(handler, 1)
-    assert [decoded("sensor_msgs/msg/Temperature", one).temperature for one in bus.published] == []
-    reports(handler, 3)
-    assert fake_host(handler).losses["refused"] >= 1
+    reports(handler, 2)
+    assert [decoded("sensor_msgs/msg/Temperature", one).temperature for one in bus.published] == [20]
+    assert fake_host(handler).losses["refused"] == 2
 
 
 def test_a_bus_that_takes_nothing_is_told_to_operators(bus: MemoryBus) -> None:
@@ -176,6 +177,22 @@ def test_a_bus_that_takes_nothing_is_told_to_operators(bus: MemoryBus) -> None:
     bus.fails = True
     assert next(running).level == "error"
     assert fake_host(handler).losses["refused"] == 2
+
+
+def test_a_topic_that_the_bus_would_not_open_is_opened_with_the_next_scan(
+    bus: MemoryBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scans = [told("lidar", encoded_scan(scan_of([1.0, 2.0], 0.0, 0.1)))] * 2
+    publish, refusals = bus.publish, [BusError("the bus is busy", "wait")]
+
+    def hesitant(topic: str, type_name: str, policies: QosProfile) -> MemoryPublication:
+        if refusals:
+            raise refusals.pop()
+        return publish(topic, type_name, policies)
+
+    monkeypatch.setattr(bus, "publish", hesitant)
+    *_, last = reports(bridge(bus, [LIDAR], *scans, lidar="/scan"), 2)
+    assert (last.level, last.values["refused"], len(bus.published)) == ("ok", "1", 1)
 
 
 def test_commands_of_operators_are_not_published(bus: MemoryBus) -> None:

@@ -61,6 +61,7 @@ class BridgedChannel:
         try:
             if self._kind is None:
                 self._kind = compact_type(message.payload)
+            if self._publication is None:
                 self.open(bus)
             self._publish(message, self._kind)
         except (ValueError, BusError) as error:  # of pydantic, of CDR, and what no number can be
