@@ -96,7 +96,8 @@ class MediaBindings:
                 self._talking_changed(label, None if peer_id is None else name)
             case control.MediaUnavailable(label=label, code=code, message=text) if label in self._stores:
                 known = code if code in REASONS else "media.no_line"
-                self._stores[label].failed(ConnectionFailed(text or reason(known).sentence, code=known))
+                failure = ConnectionFailed(text or reason(known).sentence, code=known)
+                self._first_frames.refused(label, self._stores[label], failure)
             case _:
                 pass
 
@@ -184,11 +185,12 @@ class MediaBindings:
         while (frame := await video.next()) is not None:
             store = self._stores.get(label)
             if isinstance(store, MediaStreamStore):
-                store.frame_arrived(frame)
                 self._first_frames.arrived(label)
+                store.frame_arrived(frame)
                 self._plan.timeline.mark("frame", time.monotonic(), label)
                 self._pictures.shown(label, video.rtp_timestamp(frame))
             elif isinstance(store, SoundStore):
+                self._first_frames.arrived(label)
                 store.sound_arrived(frame)
 
 
@@ -199,13 +201,18 @@ def _label(store: MosaicStore) -> str:
 @dataclass(slots=True)
 class _Waiting:
     store: MosaicStore
-    task: asyncio.Task[None]
+    task: asyncio.Task[None] | None = None
+    """What looks once more in some seconds; ``None`` where the robot has said why already."""
     has_failed: bool = False
+
+    def cancel(self) -> None:
+        if self.task is not None:
+            self.task.cancel()
 
 
 class FirstFrameWatch:
-    """Tells the store of a camera why it shows nothing, some seconds after it was opened; a picture takes that back.
-    Event loop only."""
+    """Tells the store of a camera or microphone why nothing comes: the robot said so, or some seconds have passed since
+    it was opened. What comes after all takes that back. Event loop only."""
 
     def __init__(self, timeout_s: float = FIRST_FRAME_TIMEOUT_S) -> None:
         self._timeout_s = timeout_s
@@ -216,18 +223,24 @@ class FirstFrameWatch:
         self.ended(label)
         self._waiting[label] = _Waiting(store, asyncio.create_task(self._wait(label, video)))
 
+    def refused(self, label: str, store: MosaicStore, failure: ConnectionFailed) -> None:
+        """The robot said why nothing comes."""
+        self.ended(label)
+        self._waiting[label] = _Waiting(store, has_failed=True)
+        store.failed(failure)
+
     def arrived(self, label: str) -> None:
-        """A picture: cheap, called with every one."""
+        """A picture or a piece of sound: cheap, called with every one."""
         if label in self._waiting:
             waiting = self._waiting.pop(label)
-            waiting.task.cancel()
+            waiting.cancel()
             if waiting.has_failed:
                 waiting.store.opened()
 
     def ended(self, label: str) -> None:
         waiting = self._waiting.pop(label, None)
         if waiting is not None:
-            waiting.task.cancel()
+            waiting.cancel()
 
     def close(self) -> None:
         for label in list(self._waiting):

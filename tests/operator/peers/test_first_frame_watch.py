@@ -10,6 +10,7 @@ from mosaic_core.operator.peers.media_bindings import FirstFrameWatch
 from mosaic_core.operator.stores.media_store import MediaStreamStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed
 
 
 class Video:
@@ -57,4 +58,14 @@ async def test_a_picture_in_time_or_nobody_who_looks_leaves_the_store_alone() ->
     await until_failed(late)
     assert late.state.code == "media.not_sent"
     assert [one.state.code for one in (seen, left)] == ["", ""]
+    watch.close()
+
+
+async def test_what_the_robot_said_is_the_cause_until_a_picture_comes_after_all() -> None:
+    store, watch = opened_store(), FirstFrameWatch()
+    watch.began("front", store, Video(ReceivedSoFar(0, 0, 0)))
+    watch.refused("front", store, ConnectionFailed("no line", code="media.no_line"))
+    assert (store.state.phase, store.state.code) == ("closed", "media.no_line")
+    watch.arrived("front")
+    assert (store.state.phase, store.state.code) == ("open", "")
     watch.close()
