@@ -85,7 +85,9 @@ def test_an_original_robot_and_an_original_page_on_libdatachannel_meet_on_our_se
 ) -> None:
     pair("our server", "original robot and page on libdatachannel", "a whole session, simple token")
     tab("waitReady", robot.id)
-    call = tab("call", robot.id, ["pose", "cmd_vel", "link-sender", "link-receiver"])
+    # A robot that reaches libdatachannel while it still reads the answer is taken for a forger: it looks for the
+    # fingerprint before it has kept it. In one process with its robot that happens.
+    call = tab("call", robot.id, ["pose", "cmd_vel", "link-sender", "link-receiver"], {"hides": True})
     wait_for(lambda: len(tab("received", call, "pose")) > 2, "poses")
     tab("send", call, "cmd_vel", FORWARD)
     tab("check", call)

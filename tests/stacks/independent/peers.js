@@ -72,6 +72,7 @@ export class Page extends Wire {
     else if (type === 'signaling.send_sdp_answer') {
       call.answer = data.sdpAnswer
       await call.pc.setRemoteDescription({ type: 'answer', sdp: data.sdpAnswer })
+      call.isAnswered = true
     } else if (type === 'signaling.exchange_ice_candidate')
       await call.pc.addIceCandidate(data.iceCandidate).catch(() => (call.rejected += 1)) // no queue before the answer
   }
@@ -85,8 +86,11 @@ export class Page extends Wire {
     await until(() => this.statuses(robotId).at(-1) === 0, 'the robot is ready')
   }
 
-  /** `codec`: offer this one alone for video; `rsa`: with a certificate of RSA. Returns the call's id. */
-  async call(robotId, labels, { videos = 0, codec = null, rsa = false, waits = true } = {}) {
+  /**
+   * `codec`: offer this one alone for video; `rsa`: with a certificate of RSA; `hides`: tell no address before the
+   * answer is taken. Returns the call's id.
+   */
+  async call(robotId, labels, { videos = 0, codec = null, rsa = false, hides = false, waits = true } = {}) {
     const { sessions } = await this.rest('POST', '/api/v1/webrtc/connection', { robotIds: [robotId] })
     const id = sessions[0].rtcSessionId
     const pc = new RTCPeerConnection({ iceServers: [], ...(rsa && { certificates: await certificates('rsa') }) })
@@ -103,7 +107,10 @@ export class Page extends Wire {
     }
     const offer = await pc.createOffer()
     await pc.setLocalDescription(offer)
-    this.say('signaling.send_sdp_offer', { rtcConnectionId: id, sdpOffer: pc.localDescription.sdp })
+    const { sdp } = pc.localDescription
+    const sdpOffer = hides ? sdp.replace(/^a=(candidate|end-of-candidates).*\r\n/gm, '') : sdp
+    this.say('signaling.send_sdp_offer', { rtcConnectionId: id, sdpOffer })
+    if (hides) await until(() => call.isAnswered, 'the answer is taken')
     isOffered = true
     early.forEach(send)
     if (waits) {
