@@ -69,7 +69,7 @@ def move(page: Page, joint: str, to_rad: float) -> None:
 def test_joints_gripper_and_poses_are_moved_on_their_cards(page: Page) -> None:
     move(page, ELBOW, 1.0)
     wait_for(lambda: abs(angle_rad(page, ELBOW) - 1.0) < 0.05, "the elbow is there")
-    card(page, "gripper").get_by_role("slider", name="Opening").fill("0.06")
+    card(page, "gripper").get_by_role("textbox", name="Opening").fill("0.06")
     before = angle_rad(page, "gripper")
     card(page, "gripper").get_by_role("button", name="Move").click()
     wait_for(lambda: abs(angle_rad(page, "gripper") - before) > 0.5, "the gripper opens")
