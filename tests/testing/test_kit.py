@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
@@ -160,17 +161,35 @@ def test_a_message_that_is_no_json_fails_where_it_is_collected() -> None:
         collect(Broken("broken"), 1)
 
 
-def test_a_message_with_nan_is_refused_and_counted_as_on_the_robot() -> None:
-    class Broken(DataChannelSendable[dict[str, Any]]):
-        def messages(self) -> Iterator[dict[str, Any]]:
-            yield {"x": float("nan")}
+class Level(Message):
+    percent: float
 
-    broken = Broken("broken")
-    assert not collect(broken)
-    with pytest.raises(AssertionError, match=r"0 of 1 messages .*; refused: 1, the log says why"):
-        collect(broken, 1)
-    assert not fake_host(broken).sent
-    assert fake_host(broken).losses == {"refused": 2}
+
+class Doubtful(DataChannelSendable[Level]):
+    def messages(self) -> Iterator[Level]:
+        for percent in (1.0, math.nan, 3.0):
+            yield Level(percent=percent)
+
+
+class DoubtfulTask(DataChannelSendable[Level]):
+    async def messages(self) -> AsyncIterator[Level]:
+        for percent in (1.0, math.nan, 3.0):
+            yield Level(percent=percent)
+
+
+@pytest.mark.parametrize("kind", [Doubtful, DoubtfulTask])
+@pytest.mark.parametrize("count", [None, 2, 3])
+def test_a_message_with_nan_between_good_ones_fails_the_test_with_its_field_and_line(kind: Any, count: Any) -> None:
+    doubtful = kind("gauge")
+    with pytest.raises(AssertionError) as caught:
+        collect(doubtful, count)
+    place = f"{__file__}:{kind.messages.__code__.co_firstlineno + 2}"
+    why = "which is no finite number and not declared as `float | None`"
+    told = f"gauge: 1 of 3 messages would be refused on a robot: {kind.__name__} ({place}) sends 'percent', {why}"
+    assert str(caught.value) == told
+    assert fake_host(doubtful).sent_values() == [{"percent": 1.0}, {"percent": 3.0}]
+    assert fake_host(doubtful).losses == {"refused": 1}
+    assert collect(doubtful, 1) == [Level(percent=1.0)], "it came before"
 
 
 def test_params_are_checked_as_in_the_file() -> None:
