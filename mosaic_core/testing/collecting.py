@@ -22,6 +22,7 @@ from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
 from mosaic_core.testing.fake_loop import run_on
+from mosaic_core.testing.right_kind import check_has
 
 T = TypeVar("T")
 
@@ -39,16 +40,19 @@ def collect(handler: DataChannelSendable[T], count: int | None = None, *, within
     ``fake_host(handler).sent_values()``); and :class:`MosaicError` (``plugin.wrong_message``) for what the class does
     not declare.
     """
+    check_has(handler, "messages")
     return _run(handler, handler.messages, handler.send, count, within_s, "messages")
 
 
 def take_frames(handler: MediaTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Picture]:
     """The first ``count`` pictures that ``frames()`` yields; the rest is as in :func:`collect`."""
+    check_has(handler, "frames")
     return _run(handler, handler.frames, handler.send_frame, count, within_s, "frames")
 
 
 def take_sounds(handler: AudioTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Sound]:
     """The first ``count`` pieces that ``sounds()`` yields; the rest is as in :func:`collect`."""
+    check_has(handler, "sounds")
     return _run(handler, handler.sounds, handler.send_sound, count, within_s, "sounds")
 
 
