@@ -32,7 +32,7 @@ PROGRAMS = {
     "runs tests": "nox pytest",
     "needs the reader's server": "curl jq",
     "needs ROS 2": "ros2",
-    "needs a board": "i2cdetect vcgencmd rpicam-vid gst-launch-1.0",
+    "needs a board or a camera": "v4l2-ctl i2cdetect vcgencmd rpicam-vid gst-launch-1.0",
 }
 """Why nobody runs them here, and which programs of other people's."""
 KNOWN = {name for names in PROGRAMS.values() for name in names.split()}
