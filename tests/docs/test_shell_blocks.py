@@ -24,7 +24,7 @@ OURS = [one for one in ALL if one.program == "mosaic"]
 PROGRAMS = {
     "belongs to the reader's shell": ". cd export source",
     "reads files of the reader's": "cat echo less sha256sum gh python",
-    "changes or asks the machine": "sudo timedatectl journalctl",
+    "changes or asks the machine": "sudo timedatectl journalctl ls",
     "makes an environment": "python3 python3.11",
     "installs: `nox -s build` does, each distribution alone": "pip",
     "installs: tests/e2e/simulated_robot/test_own_page.py does": "npm",
