@@ -173,7 +173,7 @@ def test_what_is_asked_of_a_vehicle_that_is_away_for_thirty_seconds_is_refused_a
 
 def test_an_unknown_mode_is_told_with_the_nearest(air: Any, copter: FakeAutopilot) -> None:
     desk = build(MavlinkCommandConfigurer, params=URL, shared=air.shared())
-    with pytest.raises(Exception, match="a copter has no mode GUIDE; did you mean 'GUIDED'"):
+    with pytest.raises(Exception, match=r"a copter has no mode GUIDE; did you mean 'GUIDED'\? It has: "):
         desk.answer(VehicleCommand(action="mode", mode="guide"), Request())
     with pytest.raises(Exception, match="it takes off in GUIDED, and is in LOITER"):
         desk.answer(VehicleCommand(action="takeoff", altitude_m=5.0), Request())
