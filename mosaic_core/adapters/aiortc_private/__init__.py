@@ -18,7 +18,7 @@ from mosaic_core.adapters.aiortc_private.ice.gathering import (
     widen_udp_buffer,
 )
 from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
-from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path, keep_off_loopback
+from mosaic_core.adapters.aiortc_private.ice.paths import bound_learned_paths, chosen_path, keep_off_loopback
 from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport, WatchedTransport
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
@@ -43,6 +43,7 @@ __all__ = [
     "SessionDescription",
     "WatchedTransport",
     "agree_on_arrivals",
+    "bound_learned_paths",
     "candidate_from_sdp",
     "candidate_to_sdp",
     "chosen_path",

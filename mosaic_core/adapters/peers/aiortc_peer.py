@@ -15,6 +15,7 @@ from aiortc.exceptions import InternalError, InvalidAccessError, InvalidStateErr
 
 from mosaic_core.adapters.aiortc_private import (
     EarlyGathering,
+    bound_learned_paths,
     candidate_from_sdp,
     candidate_to_sdp,
     chosen_path,
@@ -97,6 +98,7 @@ class AiortcPeer:
             gathering = EarlyGathering(transport, self._ice_servers, found, self._gathered, relay_only=self._relay_only)
             gathering.install()
             take_turns(transport)
+            bound_learned_paths(transport)
             if not self._takes_loopback:
                 keep_off_loopback(transport)
             watch_liveness(transport, self._vanished)

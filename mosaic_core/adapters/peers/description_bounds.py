@@ -21,7 +21,7 @@ MAX_FEEDBACK_OF_ALL = 16
 
 
 def refuse_beyond_bounds(text: str) -> None:
-    """Raises :class:`ConnectionFailed` (``sdp.invalid``). Takes a time that grows with the length of ``text``, no more."""
+    """Raises :class:`ConnectionFailed` (``sdp.invalid``), in a time that grows no faster than ``text``."""
     session, *media = sections(text)
     if len(media) > MAX_LINES:
         raise _too_much(f"a connection has {MAX_LINES} media lines at most, this one {len(media)}")
