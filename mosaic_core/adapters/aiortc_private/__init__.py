@@ -27,6 +27,7 @@ from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
     never_repeat,
     sequence_number_of,
 )
+from mosaic_core.adapters.aiortc_private.rtp.receivers import bound_sources
 from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
 from mosaic_core.adapters.aiortc_private.sctp.quick_sctp import quicken
 from mosaic_core.adapters.aiortc_private.sctp.sctp import SctpQueue
@@ -44,6 +45,7 @@ __all__ = [
     "WatchedTransport",
     "agree_on_arrivals",
     "bound_learned_paths",
+    "bound_sources",
     "candidate_from_sdp",
     "candidate_to_sdp",
     "chosen_path",
