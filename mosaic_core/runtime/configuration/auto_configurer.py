@@ -58,7 +58,7 @@ class Configured:
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
     """The result of a rehearsed start: what it would refuse, what is only odd, and the connectors that each lease
-    covers, by resource."""
+    covers, by resource, with their labels as the file has them."""
 
     problems: tuple[Problem, ...]
     hints: tuple[Problem, ...]
@@ -122,7 +122,8 @@ class AutoConfigurer:
         checked = {one.config.label: one for one, _ in made}
         for connector in connectors:
             hints += guard_hints(checked[connector.config.label], connector.handlers)
-        return Rehearsal(tuple(problems), tuple(hints), groups)
+        leases = {lease: tuple(checked[label].written_label for label in labels) for lease, labels in groups.items()}
+        return Rehearsal(tuple(problems), tuple(hints), leases)
 
     def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
         made: list[Made] = []
