@@ -9,12 +9,11 @@ import json
 from dataclasses import dataclass, field
 from typing import Any
 
-from pydantic import TypeAdapter
-
+from mosaic_core.contract.declared.declared_answer import DeclaredAnswer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.request_handler import Request, RequestHandler, answer_type_of
-from mosaic_core.runtime.handlers.request_bodies import plain_answer
+from mosaic_core.runtime.handlers.request_bodies import sent_answer
 from mosaic_core.testing.fake_hosts import FakeClock, fake_host
 from mosaic_core.testing.fake_loop import run_on
 from mosaic_core.testing.feed_steps import OPERATOR, RefusedMessage
@@ -105,7 +104,8 @@ class _Asked(Request):
             answer = self._handler.answer(question, self)
         if self.is_cancelled:
             raise Refused(self._code)
-        return plain_answer(TypeAdapter(answer_type_of(type(self._handler))), answer)
+        handler = type(self._handler)
+        return sent_answer(DeclaredAnswer(handler, answer_type_of(handler)), answer)
 
     async def _as_task(self, question: Any) -> Any:
         loop = asyncio.get_running_loop()

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import Field
 
@@ -245,15 +246,17 @@ def test_frames_are_taken() -> None:
     class Pattern(MediaTrackHandler):
         def frames(self) -> Iterator[Any]:
             for index in self.every(0.1):
-                yield f"picture {index}"
+                yield np.full((4, 6), index, np.uint8)
 
     class PatternConfigurer(MediaTrackConfigurer[Params]):
         def configure(self) -> Pattern:
             return Pattern(self.label)
 
     pattern = build(PatternConfigurer)
-    assert take_frames(pattern, 2) == ["picture 0", "picture 1"]
-    assert fake_host(pattern).pictures == ["picture 0", "picture 1"]
+    first, second = take_frames(pattern, 2)
+    assert isinstance(second, np.ndarray)
+    assert (second == 1).all()
+    assert fake_host(pattern).pictures == [first, second]
 
 
 def test_a_configurer_may_make_several_handlers_on_one_clock() -> None:

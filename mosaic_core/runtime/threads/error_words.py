@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
-from mosaic_core.contract.declared.unsent import names_of
+from mosaic_core.contract.declared.nested_models import names_of
 from mosaic_core.words.errors import guess, nearest
 
 MANY_MISTAKES = 4
