@@ -216,6 +216,17 @@ def test_the_connectors_of_each_lease_are_told_and_a_slip_of_the_finger_is_seen(
     assert slip["cure"].startswith("did you mean 'arm'?")
 
 
+def test_a_label_from_the_environment_is_told_as_it_was_written(
+    mosaic: Mosaic, robot_yaml: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SECRET", "hunter2")
+    base = BASE.replace("label: base", "label: '${SECRET}'").replace("SAFETY", "{}")
+    robot_yaml.write_text(robot_yaml.read_text() + base)
+    done = mosaic("validate", str(robot_yaml), "--json")
+    assert json.loads(done.out)["leases"] == {"motion": ["${SECRET}"]}
+    assert "hunter2" not in done.out
+
+
 ALIASED = """
 from pydantic import Field
 from mosaic_core import *

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
-from mosaic_core.adapters.peers import offer_vetting
+from mosaic_core.adapters.peers import description_bounds
 from mosaic_core.contract.media import Captured
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
@@ -93,7 +93,7 @@ async def test_the_first_line_of_all_may_come_later(pair: Any) -> None:
 @pytest.mark.parametrize("change", ["another ICE user", "a line less", "no bundle", "too many lines"])
 async def test_a_further_offer_can_only_add_lines(pair: Any, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if change == "too many lines":
-        monkeypatch.setattr(offer_vetting, "MAX_LINES", 2)
+        monkeypatch.setattr(description_bounds, "MAX_LINES", 2)
 
     async with pair() as peers:
         peers.operator.add_video("front")

@@ -18,7 +18,7 @@ from mosaic_core.adapters.aiortc_private.ice.gathering import (
     widen_udp_buffer,
 )
 from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
-from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path, keep_off_loopback
+from mosaic_core.adapters.aiortc_private.ice.paths import bound_learned_paths, chosen_path, keep_off_loopback
 from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport, WatchedTransport
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
@@ -27,6 +27,7 @@ from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
     never_repeat,
     sequence_number_of,
 )
+from mosaic_core.adapters.aiortc_private.rtp.receivers import bound_sources
 from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
 from mosaic_core.adapters.aiortc_private.sctp.quick_sctp import quicken
 from mosaic_core.adapters.aiortc_private.sctp.sctp import SctpQueue
@@ -43,6 +44,8 @@ __all__ = [
     "SessionDescription",
     "WatchedTransport",
     "agree_on_arrivals",
+    "bound_learned_paths",
+    "bound_sources",
     "candidate_from_sdp",
     "candidate_to_sdp",
     "chosen_path",

@@ -11,6 +11,7 @@ from mosaic_core.adapters.aiortc_private.rtp.receivers import route_repeats
 from mosaic_core.adapters.aiortc_private.rtp.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.peers.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.peers.aiortc_peer import AiortcPeer
+from mosaic_core.adapters.peers.description_bounds import refuse_beyond_bounds
 from mosaic_core.adapters.peers.offer_vetting import refuse_unless_bundled, separated_candidates, with_fragments
 from mosaic_core.adapters.sound.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
 from mosaic_core.adapters.video.incoming_video import AiortcVideo
@@ -100,6 +101,7 @@ class AiortcOfferer:
 
     async def accept_answer(self, sdp: str) -> None:
         """Apply the robot's answer; raises :class:`ConnectionFailed` (``sdp.invalid``)."""
+        refuse_beyond_bounds(sdp)
         text, candidates, has_all = separated_candidates(with_fragments(sdp))
         refuse_unless_bundled(text)
         self._named = named_lines(text)

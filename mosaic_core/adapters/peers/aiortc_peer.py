@@ -15,6 +15,8 @@ from aiortc.exceptions import InternalError, InvalidAccessError, InvalidStateErr
 
 from mosaic_core.adapters.aiortc_private import (
     EarlyGathering,
+    bound_learned_paths,
+    bound_sources,
     candidate_from_sdp,
     candidate_to_sdp,
     chosen_path,
@@ -97,10 +99,12 @@ class AiortcPeer:
             gathering = EarlyGathering(transport, self._ice_servers, found, self._gathered, relay_only=self._relay_only)
             gathering.install()
             take_turns(transport)
+            bound_learned_paths(transport)
             if not self._takes_loopback:
                 keep_off_loopback(transport)
             watch_liveness(transport, self._vanished)
             self._gatherings.append(gathering)
+        bound_sources(self.pc)
         if self.pc.sctp is not None and os.environ.get(PLAIN_SCTP_VARIABLE) != "1":
             quicken(self.pc.sctp, self._on_excess)
         await self.pc.setLocalDescription()

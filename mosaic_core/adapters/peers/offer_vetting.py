@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from aiortc import RTCRtpCodecParameters
 
 from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
+from mosaic_core.adapters.peers.description_bounds import refuse_beyond_bounds
 from mosaic_core.adapters.peers.refused_lines import RefusedLine, is_given_up, refused_line, sections, with_idle_lines
 from mosaic_core.runtime.transport.media_transport import SoundLabels
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import IceCandidate
 
 _MEDIA_KINDS = ("audio", "video")
-MAX_LINES = 128
-"""Further offers may not add lines without end: each costs a sender and a receiver."""
 _REPAIRS = ("rtx", "red", "ulpfec", "flexfec-03")
 """What stands among the codecs and shows no picture."""
 _END_OF_CANDIDATES = "a=end-of-candidates"
@@ -64,12 +63,11 @@ class VettedOffer:
             raise _invalid("lines of the first offer are gone")
         if self.ice_users != first.ice_users or not self.is_bundled or not first.is_bundled:
             raise _invalid("only lines on the same transport can be added")
-        if len(self.lines) > MAX_LINES:
-            raise _invalid(f"a connection has {MAX_LINES} lines at most")
 
 
 def vetted_offer(text: str) -> VettedOffer:
     """Check ``text``; raises :class:`ConnectionFailed` with ``sdp.invalid``."""
+    refuse_beyond_bounds(text)
     text = with_fragments(text)
     description = _parsed(text)
     mids = [media.rtp.muxId or "" for media in description.media]

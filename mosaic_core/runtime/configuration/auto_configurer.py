@@ -60,7 +60,7 @@ class Configured:
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
     """The result of a rehearsed start: what it would refuse, what is only odd, and the connectors that each lease
-    covers, by resource."""
+    covers, by resource, with their labels as the file has them."""
 
     problems: tuple[Problem, ...]
     hints: tuple[Problem, ...]
@@ -122,7 +122,9 @@ class AutoConfigurer:
         made = self._configurers(validation.connectors, problems)
         connectors = _connectors(made, problems)
         hints = tuple(_hints(connectors, validation.connectors))
-        return Rehearsal(tuple(problems), hints, lease_groups(connectors))
+        written = {one.config.label: one.written_label for one in validation.connectors}
+        leases = {lease: tuple(map(written.__getitem__, its)) for lease, its in lease_groups(connectors).items()}
+        return Rehearsal(tuple(problems), hints, leases)
 
     def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
         made: list[Made] = []

@@ -25,6 +25,12 @@ class CheckedConnector:
     place: Place
     document: YamlDocument
 
+    @property
+    def written_label(self) -> str:
+        """Its label as the file has it: what comes from the environment or a file may be a secret, put there by
+        mistake."""
+        return self.document.secret.get((*self.place, "label"), self.config.label)
+
     def problem(
         self, message: str, *key: str, code: str = "config.invalid", cure: str = "", guess: str = ""
     ) -> Problem:

@@ -1,15 +1,17 @@
-"""Repeats of several cameras find their receivers. Also the contract with aiortc."""
+"""Repeats of several cameras find their receivers, and sources without end find none. Also the contract with aiortc."""
 
 from __future__ import annotations
 
 import asyncio
 from typing import Any
+from unittest.mock import Mock
 
 from aiortc import RTCBundlePolicy, RTCConfiguration, RTCPeerConnection
 from aiortc.rtcdtlstransport import RtpRouter
 from aiortc.rtp import RtpPacket
 
-from mosaic_core.adapters.aiortc_private.rtp.receivers import route_repeats
+from mosaic_core.adapters.aiortc_private.rtp.receivers import MAX_SOURCES, route_repeats
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 
 RTX = 98
 
@@ -44,3 +46,19 @@ async def test_each_camera_gets_its_own_repeats() -> None:
             assert router.ssrc_table[sending.sender._rtx_ssrc] is mine.receiver
     finally:
         await asyncio.gather(ours.close(), theirs.close())
+
+
+async def test_packets_of_ever_more_sources_are_left_out_and_those_that_are_known_go_on() -> None:
+    listener: Any = Mock()
+    peer, receiver = AiortcOfferer(listener, ()), object()
+    try:
+        peer.add_microphone("ears")
+        await peer.offer()
+        router: Any = peer._peer.pc.getTransceivers()[0].receiver.transport._rtp_router
+        router.register_receiver(receiver, ssrcs=[], payload_types=[96])
+        for ssrc in range(3 * MAX_SOURCES):
+            router.route_rtp(RtpPacket(payload_type=96, ssrc=ssrc))
+        assert len(router.ssrc_table) == MAX_SOURCES
+        assert [router.route_rtp(RtpPacket(payload_type=96, ssrc=one)) for one in (0, MAX_SOURCES)] == [receiver, None]
+    finally:
+        await peer.close()

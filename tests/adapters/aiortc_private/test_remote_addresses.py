@@ -1,4 +1,5 @@
-"""No remote candidate makes ICE send to this machine's own loopback, given as an address or as a name."""
+"""No remote candidate makes ICE send to this machine's own loopback, given as an address or as a name, and nobody makes
+it keep ever more of them."""
 
 from __future__ import annotations
 
@@ -8,8 +9,10 @@ from typing import Any
 import aioice.ice
 import pytest
 from aioice import Candidate, Connection
+from aioice.ice import StunProtocol
+from aioice.stun import Class, Message, Method
 
-from mosaic_core.adapters.aiortc_private.ice.paths import keep_off_loopback
+from mosaic_core.adapters.aiortc_private.ice.paths import MAX_PATHS, bound_learned_paths, keep_off_loopback
 
 
 class Transport:
@@ -59,3 +62,28 @@ def test_all_candidates_of_the_other_side_pass_one_place() -> None:
         "network_host",
     ]
     assert inspect.getsource(aioice.ice).count("._remote_candidates.append(") == 2, "this place, and what is learned"
+    assert "._network_host == addr[0]" in inspect.getsource(Connection.check_incoming)
+
+
+async def test_whoever_asks_from_ever_more_ports_is_a_path_so_often_and_no_more() -> None:
+    transport: Any = Transport()
+    connection = transport._connection
+    connection.check_start_task = lambda pair: None
+    bound_learned_paths(transport)
+    ours = StunProtocol(connection)
+    ours.local_candidate = candidate("192.0.2.1")
+    for port in range(1, 3 * MAX_PATHS):
+        connection.check_incoming(question(), ("192.0.2.2", port), ours)
+    assert len(connection._remote_candidates) == len(connection._check_list) == MAX_PATHS
+    connection.check_incoming(question(nominates=True), ("192.0.2.2", 1), ours)
+    assert [one.remote_candidate.port for one in connection._check_list if one.remote_nominated] == [1], (
+        "known ones go on"
+    )
+
+
+def question(*, nominates: bool = False) -> Message:
+    message = Message(message_method=Method.BINDING, message_class=Class.REQUEST)
+    message.attributes["PRIORITY"] = 1
+    if nominates:
+        message.attributes["USE-CANDIDATE"] = None
+    return message

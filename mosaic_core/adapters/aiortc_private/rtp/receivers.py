@@ -1,5 +1,5 @@
-"""Receivers of RTP: the timestamp that a picture came with, the receiver that a repeat is for, and pictures without the
-wait that aiortc adds where packets are lost.
+"""Receivers of RTP: the timestamp that a picture came with, the receiver that a repeat is for, how many sources there
+may be, and pictures without the wait that aiortc adds where packets are lost.
 
 Its jitter buffer hands out a picture when the next one begins, a frame's time late, and one for each packet that comes,
 so that a queue once there stays; it waits for a lost packet until 512 more have come, which at a low rate is seconds;
@@ -14,6 +14,7 @@ from typing import Any
 
 from aiortc import RTCPeerConnection, RTCRtpReceiver
 from aiortc.jitterbuffer import JitterBuffer, JitterFrame
+from aiortc.rtcdtlstransport import RtpReceiver, RtpRouter
 from aiortc.rtp import RtpPacket
 from aiortc.sdp import SessionDescription
 from aiortc.utils import uint16_add, uint16_gt
@@ -39,6 +40,26 @@ def route_repeats(pc: RTCPeerConnection) -> None:
             if line is not None and group.semantic == "FID" and len(group.items) == 2:
                 transport: Any = line.receiver.transport
                 transport._rtp_router.ssrc_table[group.items[1]] = line.receiver
+
+
+MAX_SOURCES = 256
+"""Streams of one connection, repeats included; a robot with sixty cameras sends half as many."""
+
+
+def bound_sources(pc: RTCPeerConnection) -> None:
+    """From now on: packets of ever more sources are left out. aiortc keeps what it counts of each to the end."""
+    for transport in {line.receiver.transport for line in pc.getTransceivers()}:
+        _bound_sources(transport._rtp_router)
+
+
+def _bound_sources(router: RtpRouter) -> None:
+    route = router.route_rtp
+
+    def route_unless_too_many(packet: RtpPacket) -> RtpReceiver | None:
+        known = router.ssrc_table
+        return route(packet) if packet.ssrc in known or len(known) < MAX_SOURCES else None
+
+    router.route_rtp = route_unless_too_many  # type: ignore[method-assign]
 
 
 PATIENCE_S = 0.5
