@@ -199,7 +199,7 @@ class Counting:
             "/count/_action/feedback", FEEDBACK, dds_name="example_interfaces::action::dds_::Fibonacci_FeedbackMessage_"
         )
         self.goal: Any = None
-        self.is_done = threading.Event()
+        self.is_asked, self.is_done = threading.Event(), threading.Event()
         node.server("/count/_action/send_goal", f"{FIBONACCI}_SendGoal", self._send)
         self.results = node.server("/count/_action/get_result", f"{FIBONACCI}_GetResult", self._result)
         node.server("/count/_action/cancel_goal", "action_msgs/srv/CancelGoal", lambda ask: {"return_code": 0})
@@ -209,6 +209,7 @@ class Counting:
         return {"accepted": True}
 
     def _result(self, ask: Any) -> dict[str, Any]:
+        self.is_asked.set()
         self.is_done.wait(60)
         return {"status": 4, "result": {"sequence": [1]}}
 
@@ -219,7 +220,7 @@ async def test_an_action_whose_server_vanishes_ends_and_the_next_goal_is_carried
         with another_node(domain) as node:
             server = Counting(node)
             waiting = asyncio.create_task(link.connection.request("count", {"order": 4}, timeout_s=60))
-            await until(lambda server=server: server.goal is not None)
+            await until(server.is_asked.is_set)
             server.results.close()
             await refused(lambda: waiting, "the server of /count/_action/get_result is gone")
             server.is_done.set()
