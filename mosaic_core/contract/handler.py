@@ -202,6 +202,12 @@ def _declared_by(handler: type) -> DeclaredMessage:
     return found
 
 
+def why_unsent(handler: Handler, value: Any) -> str:
+    """Which number of it keeps a message from being sent, with class and line; empty where none does."""
+    declared = _declared_by(type(handler))
+    return next((declared.told_of(field) for field in declared.unsent(value)), "")
+
+
 def sent_type_of(handler: type) -> Any:
     """What it sends: the ``T`` of a sender, ``sends`` of a bidirectional one; ``None``: nothing is declared."""
     if issubclass(handler, DataChannelSendable):

@@ -18,6 +18,7 @@ from mosaic_core.testing.fake_hosts import FakeClock, fake_host
 from mosaic_core.testing.fake_loop import run_on
 from mosaic_core.testing.feed_steps import OPERATOR, RefusedMessage
 from mosaic_core.testing.feeding import Feeder
+from mosaic_core.testing.right_kind import check_has
 from mosaic_core.words.codes import reason
 
 
@@ -45,6 +46,7 @@ def ask(
     clock. ``cancel_after_s``: the operator takes it back so many seconds later; ``answer_within_s`` of the class ends
     it as on a robot. Leases are not asked for here, but by ``joined``. An error other than :class:`Refused` is raised.
     """
+    check_has(handler, "answer")
     host = fake_host(handler)
     begin_s = host.clock.now_s
     answered = Answered()

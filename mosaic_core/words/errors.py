@@ -81,6 +81,11 @@ class Problem:
         return f"{where}{at}{self.message}{cure}"
 
 
+def by_line(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """In the order of the file."""
+    return tuple(sorted(problems, key=lambda one: one.line or 0))
+
+
 class ConfigError(MosaicError):
     """A configuration that can't be used: *all* its mistakes at once, in :attr:`problems`."""
 

@@ -166,10 +166,8 @@ class Guide(RequestHandler[Way, dict[str, Any]]):
         ({"spotss": []}, "no field 'spotss': did you mean 'spots'?"),
         ({"spots": [{"x_m": 1}, {"x_mm": 1}]}, "no field 'x_mm': did you mean 'x_m'?"),
         ({"zzz": 1}, "no field 'zzz'"),
-        (
-            {"spots": 3, "folders": "maps"},
-            "spots: Input should be a valid list; no field 'folders': did you mean 'folder'?",
-        ),
+        ({"spots": 3, "ni": "maps"}, "spots: Input should be a valid list; no field 'ni'"),
+        ({"folder": "maps"}, "no field 'folder'"),
         ({"x" * 999: 1}, f"no field '{'x' * 40}'"),
     ],
 )

@@ -44,12 +44,11 @@ def models_at(annotation: Any, loc: tuple[int | str, ...]) -> list[type[BaseMode
     return here
 
 
-def field_names(name: str, field: FieldInfo) -> Iterator[str]:
+def field_names(name: str, field: FieldInfo) -> list[str]:
     """What a field is called where a message is read: by name and by alias."""
-    yield name
     alias = field.validation_alias
     choices = alias.choices if isinstance(alias, AliasChoices) else [alias]
-    yield from (one for one in choices if isinstance(one, str))
+    return [name, *(one for one in choices if isinstance(one, str))]
 
 
 def names_of(model: type[BaseModel]) -> Iterator[str]:

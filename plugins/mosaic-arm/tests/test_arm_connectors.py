@@ -19,6 +19,7 @@ from mosaic_arm.pose_names import ArmPoseNamesConfigurer
 from mosaic_arm.poses import THERE_RAD, ArmPosesConfigurer
 from mosaic_arm.state import ArmStateConfigurer
 from mosaic_core import AutoConfigurer, Delivery, DeviceGone
+from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.testing import Cleared, Leaves, LosesLease, Silence, Stopped, ask, collect, feed
 from mosaic_core.words.errors import MosaicError
 
@@ -276,6 +277,52 @@ def test_a_pose_that_there_is_not_is_told_with_the_nearest(on_clock: ArmOnClock)
     refused = ask(on_clock.build(ArmPosesConfigurer, poses=REST), {"action": "go", "name": "rets"}).refused
     assert refused is not None
     assert refused.message == "no pose is called 'rets'; did you mean 'rest'? There are: rest"
+
+
+ARM = {"bus": "fake", "port": "trial"}
+WRONG = {"elbow_flx": {"id": 3, "range_min": 700, "range_max": 3000}}
+
+
+@pytest.mark.parametrize(
+    ("kind", "params", "path", "message", "cure"),
+    [
+        ("arm-joints", {"arm": {**ARM, "gripper": "griper"}}, "arm", "did you mean 'gripper'? There are sho", ""),
+        (
+            "arm-poses",
+            {"arm": ARM, "poses": {"rest": {"gripper": 0.0}, "wave": {"elbow_flx": 1.0}}},
+            "poses.wave.elbow_flx",
+            "the pose 'wave' names the joint 'elbow_flx', which this arm does not have",
+            "did you mean 'elbow_flex'?",
+        ),
+        (
+            "arm-poses",
+            {"arm": ARM, "file": "FILE"},
+            "file",
+            "FILE: the pose 'elbow_flx' names the joint 'id', which this arm does not have",
+            "it has: shoulder_pan, shoulder_lift, elbow_flex, wrist_flex, wrist_roll, gripper",
+        ),
+        (
+            "arm-joints",
+            {"arm": {**ARM, "calibration": "FILE", "joints": {"elbow_flex": {"id": 3}}, "gripper": None}},
+            "",
+            "calibration FILE: the joint 'elbow_flex' is missing; it has elbow_flx.",
+            "Write 'elbow_flx' alike in both, or calibrate again: mosaic arm calibrate FILE",
+        ),
+    ],
+)
+def test_an_unknown_joint_is_told_with_the_nearest_and_the_file_that_names_it(
+    tmp_path: Path, kind: str, params: dict[str, Any], path: str, message: str, cure: str
+) -> None:
+    file = tmp_path / "joints.json"
+    file.write_text(json.dumps(WRONG))
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(json.dumps({"connectors": [{"type": kind, "label": "arm", "params": params}]}).replace(
+        '"FILE"', json.dumps(str(file))))  # fmt: skip
+    validation = validate_file(robot)
+    told = [*validation.problems, *AutoConfigurer().rehearse(validation).problems][0]
+    assert told.path == ".".join(filter(None, ("connectors[0].params", path)))
+    assert message.replace("FILE", str(file)) in told.message
+    assert told.cure == cure.replace("FILE", str(file))
 
 
 def test_a_pose_file_that_is_none_is_told_before_anything_starts(on_clock: ArmOnClock, tmp_path: Path) -> None:
