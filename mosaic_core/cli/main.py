@@ -92,8 +92,9 @@ def mosaic(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The console script: runs a command and exits."""
+    words = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        app(args=arguments, prog_name="mosaic")
+        app(args=words, prog_name="mosaic", obj=words)
     except MosaicError as error:
         report(error)
         sys.exit(exit_code_of(error))

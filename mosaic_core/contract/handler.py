@@ -60,8 +60,8 @@ class Handler:
     delivery: ClassVar[Delivery | DeliveryContract] = Delivery.RELIABLE
     """The default of this handler: a mode, or one with bounds of its own; the YAML file's ``delivery`` overrides it."""
     is_for_originals: bool = False
-    """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
-    ``watched`` body of the connector's first handler."""
+    """A channel that only original dashboards know: no operator of ours is told of it. It repeats the handler that
+    ``configure()`` returns before it: whoever opens it wakes the ``watched`` body of that one."""
     is_part: ClassVar[bool] = False
     """It means something only together with the other handlers of its connector: operators see them as one."""
     widget: ClassVar[str | None] = None

@@ -27,6 +27,11 @@ def hint_at(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {nearest[0]!r}?" if nearest else "."
 
 
+def whole_sentence(text: str) -> str:
+    """``text`` with a full stop where it has no end of its own, so that another sentence may follow."""
+    return text if text.endswith((".", "?", "!", ":", "…")) else f"{text}."
+
+
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """The known name that ``word`` was probably meant to be."""
     by_lower = {name.lower(): name for name in sorted(known, reverse=True)}
@@ -74,6 +79,11 @@ class Problem:
         at = f"{self.path}: " if self.path else ""
         cure = f" ({self.cure})" if self.cure else ""
         return f"{where}{at}{self.message}{cure}"
+
+
+def by_line(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """In the order of the file."""
+    return tuple(sorted(problems, key=lambda one: one.line or 0))
 
 
 class ConfigError(MosaicError):

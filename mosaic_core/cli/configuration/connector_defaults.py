@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 
 from pydantic import BaseModel
 
+from mosaic_core.cli.configuration.connector_description import message_rows
 from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
@@ -15,7 +16,7 @@ from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety, fields_of
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.limits import FieldLimit
 
 Channel: TypeAlias = dict[str, Any]
@@ -47,8 +48,25 @@ def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -
     channel = {_snake(name): entry.get(name) for name in names}
     channel["delivery"] = None if is_media else entry["delivery"]
     taking = [one for one in group.handlers if isinstance(one, DataChannelReceivable)]
+    takes, sends = _messages(entry)
+    channel["takes"], channel["sends"] = _fields(takes), _fields(sends)
     channel["safety"] = [_safety(one, ReceiverSafety.of(safety, one)) for one in taking]
     return channel
+
+
+def _messages(entry: dict[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """The schemas of what it takes and of what it sends; ``None`` where nothing goes that way, or nobody says what."""
+    message = entry.get("messageSchema")
+    if entry["direction"] == Direction.TO_OPERATOR:
+        return None, message
+    return message, entry.get("sentSchema") or entry.get("answerSchema")
+
+
+def _fields(schema: dict[str, Any] | None) -> list[dict[str, Any]]:
+    return [
+        {"name": name, "type": kind, "required": default == "required", "unit": unit, "description": description}
+        for name, kind, default, unit, description in (message_rows(schema) if schema else ())
+    ]
 
 
 def _snake(name: str) -> str:

@@ -16,10 +16,13 @@ from mosaic_core.words.delivery import DeliveryContract
 
 Row: TypeAlias = tuple[str, str, str, str, str]
 """``(name, type, default, unit, description)`` of one field."""
+_MAX_DEPTH = 6
+"""Of messages in messages; one may contain itself."""
 
 
-def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[Row]]]:
-    """Each table's heading and rows: the params, every mapping that a param may be, limits and delivery."""
+def param_tables(configurer: type[Configurer[Any]], *, receives: bool = True) -> Iterator[tuple[str, list[Row]]]:
+    """Each table's heading and rows: the params, every mapping that a param may be, limits where it ``receives``
+    anything, and delivery."""
     schema = configurer.params_model.model_json_schema()
     definitions = schema.get("$defs", {})
     if schema.get("properties"):
@@ -30,8 +33,9 @@ def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[
             yield f"params.{name}" + (f" ({title})" if title else ""), _rows(inner, definitions)
     for heading, inner in request_schemas(configurer).items():
         yield heading, _rows(inner, inner.get("$defs", {}))
-    if not issubclass(configurer, MediaTrackConfigurer):
+    if receives and not issubclass(configurer, MediaTrackConfigurer):
         yield "safety", _rows(configurer.safety_model.model_json_schema(), definitions)
+    if not issubclass(configurer, MediaTrackConfigurer):
         yield "delivery", list(_delivery_rows())
 
 
@@ -42,6 +46,21 @@ def request_schemas(configurer: type[Configurer[Any]]) -> dict[str, dict[str, An
         return {}
     question = TypeAdapter(message_type_of(made)).json_schema()
     return {"question": question, "answer": answer_schema(made)}
+
+
+def message_rows(schema: dict[str, Any]) -> list[Row]:
+    """Every field of a message, those of the messages in it by their path: ``linear.x``, ``boxes[].label``."""
+    by_name = {row[0]: row for row in _nested_rows(schema, schema.get("$defs", {}), "", 0)}
+    return list(by_name.values())
+
+
+def _nested_rows(schema: dict[str, Any], definitions: dict[str, Any], prefix: str, depth: int) -> Iterator[Row]:
+    for row, field in zip(_rows(schema, definitions), schema.get("properties", {}).values(), strict=True):
+        name = f"{prefix}{row[0]}"
+        yield (name, *row[1:])
+        is_list = any("items" in part for part in (field, *field.get("anyOf", ())))
+        for inner in _mappings_in(field, definitions) if depth < _MAX_DEPTH else ():
+            yield from _nested_rows(inner, definitions, f"{name}{'[]' if is_list else ''}.", depth + 1)
 
 
 def _delivery_rows() -> Iterator[Row]:

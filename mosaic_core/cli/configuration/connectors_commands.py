@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -17,6 +17,7 @@ from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolv
 from mosaic_core.cli.terminal.error_report import report_problems
 
 if TYPE_CHECKING:
+    from mosaic_core.cli.configuration.connector_defaults import Channel
     from mosaic_core.cli.configuration.connector_description import Row
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
@@ -60,8 +61,8 @@ def show(
     as_json: AsJson = False,
     local_connectors: LocalOption = None,
 ) -> None:
-    """Show one connector type: its params, what is in force of its channels by default, the limits that it takes, and
-    an example to paste."""
+    """Show one connector type: its channels with what is in force by default and the fields of their messages, its
+    params, the limits that it takes, and an example to paste."""
     from mosaic_core.cli.configuration.connector_description import param_tables
     from mosaic_core.cli.configuration.connector_example import example_yaml
 
@@ -73,8 +74,9 @@ def show(
         return
     typer.secho(connector_type, bold=True, nl=False)
     typer.echo(f"  ({installed.source})\n{(configurer.__doc__ or '').strip()}\n")
-    _print_defaults(connector_type, configurer)
-    for heading, rows in param_tables(configurer):
+    channels = _printed_defaults(connector_type, configurer)
+    receives = channels is None or any(channel["safety"] for channel in channels)
+    for heading, rows in param_tables(configurer, receives=receives):
         _print_params(heading, rows)
     typer.echo("Example:\n")
     typer.echo(example_yaml(connector_type, configurer))
@@ -104,11 +106,12 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
         channels, unmade = defaults_of(installed.type, configurer), ""
     except Unmade as error:
         channels, unmade = [], str(error)
+    receives = bool(unmade) or any(channel["safety"] for channel in channels)
     return {
         **_as_json(installed, (configurer.__doc__ or "").strip().partition("\n")[0]),
         "params": configurer.params_model.model_json_schema(),
         **request_schemas(configurer),
-        "safety": configurer.safety_model.model_json_schema(),
+        "safety": configurer.safety_model.model_json_schema() if receives else None,
         "delivery": DeliveryContract.model_json_schema(),
         "example": shown_example(installed.type, configurer),
         "channels": channels,
@@ -116,28 +119,43 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
     }
 
 
-def _print_defaults(connector_type: str, configurer: type[Configurer[Any]]) -> None:
+def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) -> list[Channel] | None:
+    """The channels, once they are printed with the fields of their messages; ``None`` where it can't be made."""
     from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of, lines_of
+    from mosaic_core.cli.configuration.connector_description import request_schemas
 
     try:
         channels = defaults_of(connector_type, configurer)
     except Unmade as error:
         typer.echo(f"What is in force is known once it can be made; with the example's params it can't: {error}\n")
-        return
+        return None
+    are_asked = bool(request_schemas(configurer))  # whose question and answer have tables of their own
     for channel in channels:
         typer.secho(f"by default, channel {channel['label']}", bold=True)
         for what, how in lines_of(channel):
             typer.echo(f"  {what}: {how}")
         typer.echo()
+        for way in ("takes", "sends") if not are_asked else ():
+            _print_fields(way, channel[way])
+    return channels
 
 
-def _print_params(heading: str, rows: Iterable[Row]) -> None:
+def _print_fields(way: str, fields: Sequence[Mapping[str, Any]]) -> None:
+    """What one way's messages have; nothing where nothing goes that way, or no model says what."""
+    rows = [
+        (one["name"], one["type"], "" if one["required"] else "yes", one["unit"], one["description"]) for one in fields
+    ]
+    if rows:
+        _print_params(way, rows, third="may be absent")
+
+
+def _print_params(heading: str, rows: Iterable[Row], *, third: str = "default") -> None:
     from rich.table import Table
 
     from mosaic_core.cli.terminal.rich_table import console
 
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for column in (heading, "type", "default", "unit", "description"):
+    for column in (heading, "type", third, "unit", "description"):
         # Names are pasted into files: they are never cut or wrapped, descriptions may be.
         table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
     for row in rows:

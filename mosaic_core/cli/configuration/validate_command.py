@@ -12,7 +12,7 @@ import typer
 
 from mosaic_core.cli.configuration.local_option import LocalOption, resolver_beside
 from mosaic_core.cli.terminal.error_report import FINE, USAGE, report_problems
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, by_line
 
 
 def validate(
@@ -32,8 +32,8 @@ def validate(
         resolver = resolver_beside(config, local_connectors)
         validation = validate_file(config, resolver=resolver, allow_missing_env=allow_missing_env)
         rehearsal = AutoConfigurer(resolver=resolver).rehearse(validation)
-        problems = _by_line((*validation.problems, *rehearsal.problems))
-        hints = (*resolver.local.problems, *_by_line((*validation.hints, *rehearsal.hints)))
+        problems = by_line((*validation.problems, *rehearsal.problems))
+        hints = (*resolver.local.problems, *by_line((*validation.hints, *rehearsal.hints)))
         leases = rehearsal.leases
     except ConfigError as error:
         problems, hints = error.problems, ()
@@ -49,7 +49,3 @@ def validate(
         else:
             typer.echo(f"{config}: valid")
     raise typer.Exit(USAGE if problems else FINE)
-
-
-def _by_line(problems: Sequence[Problem]) -> tuple[Problem, ...]:
-    return tuple(sorted(problems, key=lambda one: one.line or 0))

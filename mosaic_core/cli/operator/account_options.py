@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import shlex
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
@@ -58,6 +59,7 @@ def command(
     def made(work_of: Callable[..., Work]) -> Callable[..., NoReturn]:
         def signed_in(
             *,
+            context: typer.Context,
             server: Server = DEFAULT_SERVER,
             email: Email = "",
             password_stdin: PasswordStdin = False,
@@ -72,6 +74,8 @@ def command(
             robot = words.get("robot", "")
             if lan or (robot and not (email or code) and session.is_paired(robot)):
                 sign_in: session.SignIn | session.PairedSignIn = session.PairedSignIn(robot)
+            elif robot and not (email or code):
+                session.refuse_unpaired(robot, _words_for(context, robot))
             else:
                 sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
             decides = sys.stdin.isatty() if is_person is None else is_person
@@ -80,15 +84,27 @@ def command(
             )
 
         own = list(inspect.signature(work_of, eval_str=True).parameters.values())
-        *account, by_pairing, timeline, _ = inspect.signature(signed_in, eval_str=True).parameters.values()
+        context, *account, by_pairing, timeline, _ = inspect.signature(signed_in, eval_str=True).parameters.values()
         arguments = sum(map(_is_argument, own))
         account += [by_pairing] if "robot" in inspect.signature(work_of).parameters else []
-        options = [*own[:arguments], *account, *own[arguments:], *([timeline] if has_timeline else [])]
+        options = [context, *own[:arguments], *account, *own[arguments:], *([timeline] if has_timeline else [])]
         _take(signed_in, options)
         signed_in.__doc__ = work_of.__doc__
         return group.command(work_of.__name__.replace("_", "-"))(signed_in)
 
     return made
+
+
+def _words_for(context: typer.Context, robot: str) -> Callable[[str], str]:
+    """Writes the command line that was typed with another robot, one that this machine is paired with."""
+    commands = context.command_path.split()
+    given = list(context.obj or ())[len(commands) - 1 :]
+    at = given.index(robot) if robot in given else 0
+
+    def words(paired: str) -> str:
+        return shlex.join([*commands, *given[:at], paired, *given[at + 1 :], "--lan"])
+
+    return words
 
 
 def _is_argument(parameter: inspect.Parameter) -> bool:

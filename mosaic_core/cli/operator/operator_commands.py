@@ -9,7 +9,7 @@ import typer
 
 from mosaic_core.cli.operator.account_options import Work, app, command
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import ConnectionFailed, hint_at
+from mosaic_core.words.errors import ConnectionFailed, hint_at, whole_sentence
 from mosaic_core.words.original_types import ORIGINAL_TYPES
 
 RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="The robot's id or name.")]
@@ -41,7 +41,7 @@ def checked_data_type(value: str | None) -> str | None:
         try:
             MosaicDataType.named(value)
         except ConnectionFailed as error:
-            raise typer.BadParameter(f"{error.message} {error.cure}") from None
+            raise typer.BadParameter(f"{whole_sentence(error.message)} {error.cure}") from None
     return value
 
 

@@ -20,7 +20,7 @@ from mosaic_core.operator.stores.channel_plan import entry_of, naming, resource_
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.errors import ConnectionFailed, whole_sentence
 
 REFUSAL_WAIT_S = 0.5
 """After the last message, for the robot to refuse it: a long round trip."""
@@ -135,10 +135,10 @@ def refusal_text(refusal: Refusal) -> str:
     """`` at the gate age (safety.stale): The command took too long …``, and how many it speaks for."""
     gate = f" at the gate {refusal.gate}" if refusal.gate else ""
     reason = REASONS.get(refusal.code)
-    sentence = (refusal.message or (reason.sentence if reason else "")).removesuffix(".") + "."
+    said = refusal.message or (reason.sentence if reason else "nothing else is known of it")
     cure = f" {reason.cure}" if reason and reason.cure else ""
     more = f" (and {refusal.count - 1} more)" if refusal.count and refusal.count > 1 else ""
-    return f"{gate}: {refusal.code}: {sentence}{cure}{more}"
+    return f"{gate}: {refusal.code}: {whole_sentence(said)}{cure}{more}"
 
 
 def _how(arrived: bool) -> str:

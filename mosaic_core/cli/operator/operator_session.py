@@ -10,6 +10,7 @@ import threading
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import NoReturn
 
 import typer
 from rich.console import Console
@@ -25,7 +26,7 @@ from mosaic_core.operator import MosaicOperator, MosaicStore, RobotConnection, R
 from mosaic_core.operator.lan.paired_robots import PairedRobots
 from mosaic_core.words.codes import reason
 from mosaic_core.words.described import DescribedConnector, described_catalogue
-from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
+from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError, hint_at, nearest
 from mosaic_core.words.timeline import MOMENT_TITLES
 
 
@@ -71,6 +72,18 @@ class PairedSignIn:
 
     async def operator(self, *, is_person: bool = False) -> MosaicOperator:
         return await MosaicOperator.find(self.robot, is_person=is_person)
+
+
+def refuse_unpaired(robot: str, words_for: Callable[[str], str]) -> NoReturn:
+    """End where no account is named and no paired robot goes by this; ``words_for``: what would reach another one."""
+    paired = [one.name for one in PairedRobots().all()]
+    meant = nearest(robot, paired)
+    message = f"no account is named, and this machine is not paired with a robot {robot!r}"
+    if meant is not None:
+        usage(f"{message}; did you mean {meant!r}?", f"write {words_for(meant)}")
+    known = f"; it is with {', '.join(map(repr, paired))}" if paired else ""
+    pairing = "pair with it by `mosaic operator pair` (`mosaic operator robots --lan` lists who is near)"
+    usage(f"{message}{known}", f"{pairing}, or sign in: --email (or MOSAIC_EMAIL), or --code")
 
 
 def is_paired(robot: str) -> bool:
@@ -173,12 +186,26 @@ async def connected(
     if match is None:
         named = [one for one in found if one.name == robot]
         if len(named) != 1:
-            problem = f"{len(named)} robots are called {robot!r}; use the id" if named else f"no robot {robot!r}"
+            problem = f"{len(named)} robots are called {robot!r}; use the id" if named else _no_robot(robot, found)
             known = ", ".join(f"{one.name} ({one.id})" for one in found) or "none"
-            raise SignalingError(problem, code="auth.unknown_robot", cure=f"robots of this account: {known}")
+            cure = f"robots of this account: {known}{_paired_instead(robot)}"
+            raise SignalingError(problem, code="auth.unknown_robot", cure=cure)
         match = named[0]
     connectors = [RobotConnector(match.id, label, data_type)] if label else []
     return await operator.connect(match.id, connectors=connectors, described=described)
+
+
+def _no_robot(robot: str, found: Sequence[RobotSummary]) -> str:
+    return f"no robot {robot!r}{hint_at(robot, (one.name for one in found))}"
+
+
+def _paired_instead(robot: str) -> str:
+    """Whom ``--lan`` would reach, where that may be meant."""
+    try:
+        meant = nearest(robot, [one.name for one in PairedRobots().all()])
+    except MosaicError:  # what is kept of paired robots is no matter to who signs in
+        return ""
+    return f"; with --lan this machine reaches {meant!r}, which it is paired with" if meant is not None else ""
 
 
 async def until_closed(connection: RobotConnection, work: Awaitable[int]) -> int:

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ from mosaic_core.cli.robot.metrics_option import MetricsAddress
 from mosaic_core.cli.terminal.error_report import FAILED, FINE
 from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel, set_up_logging
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.configuration.config_hints import tell_hints
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_core.words.lan_wish import LanWish
@@ -69,7 +71,7 @@ def run_robot(
 
     if with_table:
         return run_event_loop(_run_with_table(configured, log_level, serving, metrics, reloader))
-    show = _print_json if as_json else None
+    show = partial(_print_json, reloader or configured) if as_json else None
     return run_event_loop(_run(configured, show, JSON_PERIOD_S, serving, metrics, reloader))
 
 
@@ -164,8 +166,9 @@ async def _run_with_table(
         return await _run(configured, show, TABLE_PERIOD_S, serving, metrics, reloader)
 
 
-def _print_json(robot: Robot) -> None:
-    typer.echo(json.dumps(asdict(robot.snapshot()), default=str))
+def _print_json(configured: Configured | Reloader, robot: Robot) -> None:
+    hints = [asdict(one) for one in (configured if isinstance(configured, Configured) else configured.configured).hints]
+    typer.echo(json.dumps({**asdict(robot.snapshot()), "hints": hints}, default=str))
 
 
 async def _run(
@@ -178,6 +181,7 @@ async def _run(
 ) -> int:
     from mosaic_core.adapters.machine.event_loop import keep_what_is_loaded
 
+    tell_hints(configured.hints)
     stop_wanted = asyncio.Event()
     twin = serving.twin() if serving is not None else None
     lan = serving.known(twin) if serving is not None and twin is not None else None

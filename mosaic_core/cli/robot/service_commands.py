@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mosaic_core.cli.terminal.error_report import report_problems, usage
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, by_line
 
 if TYPE_CHECKING:
     from mosaic_core.runtime.configuration.checked_config import Validation
@@ -102,10 +102,13 @@ def _validated(config: Path, words: list[str]) -> Validation:
 
     resolver = resolver_beside(config, "--local-connectors" in words)
     validation = validate_file(config, resolver=resolver, allow_missing_env=True)
-    problems = (*validation.problems, *AutoConfigurer(resolver=resolver).rehearse(validation).problems)
+    rehearsal = AutoConfigurer(resolver=resolver).rehearse(validation)
+    problems = (*validation.problems, *rehearsal.problems)
     if problems:
         raise ConfigError(problems)
-    report_problems(validation.hints, as_hints=True)
+    serves = any(word.partition("=")[0] == "--serve" for word in words)  # which the hint of no server asks for
+    hints = by_line((*validation.hints, *rehearsal.hints))
+    report_problems([one for one in hints if one.path or not serves], as_hints=True)
     return validation
 
 

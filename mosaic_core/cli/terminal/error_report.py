@@ -21,9 +21,11 @@ _SECRET = re.compile(
 )
 
 
-def usage(message: str) -> NoReturn:
+def usage(message: str, cure: str = "") -> NoReturn:
     """Say what is wrong with the words, and end."""
-    typer.secho(f"error: {message}", err=True, fg=typer.colors.RED)
+    typer.secho(f"error: {_on_one_line(message)}", err=True, fg=typer.colors.RED)
+    if cure:
+        typer.echo(f"  cure: {_on_one_line(cure)}", err=True)
     raise typer.Exit(USAGE)
 
 

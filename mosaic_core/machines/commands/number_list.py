@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.machines.commands.message_numbers import OutOfRange, finite_number, put, value_at
+from mosaic_core.words.errors import hint_at
 
 EVERY = "*"
 """The key that stands for all numbers of a list."""
@@ -81,5 +82,6 @@ class NumberList:
             raise OutOfRange(f"{self.names} has a name twice")
         unknown = next((name for name in names if self.known and name not in self.known), None)
         if unknown is not None:
-            raise OutOfRange(f"{self.names}: there is no {unknown!r}; there are {', '.join(sorted(self.known))}")
+            known = ", ".join(sorted(self.known))
+            raise OutOfRange(f"{self.names}: there is no {unknown!r}{hint_at(unknown, self.known)} There are: {known}")
         return names

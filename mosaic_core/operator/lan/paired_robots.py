@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field, ValidationError
 
 from mosaic_core.adapters.lan.robot_certificate import LARGEST_CERTIFICATE
 from mosaic_core.machines.lan.announced_robots import LONGEST_NAME
-from mosaic_core.words.errors import MosaicError, SignalingError, hint_at
+from mosaic_core.words.errors import MosaicError, SignalingError, nearest
 from mosaic_core.words.wire_model import PlainText, WireModel, wrong_fields
 
 _LARGEST_FILE = 64 * 1024
@@ -65,8 +65,12 @@ class PairedRobots:
             which = ", ".join(f"{one.robot_id} at {one.url}" for one in matching)
             message = f"{len(matching)} paired robots are called {wanted!r}: {which}"
             raise SignalingError(message, code="lan.several")
-        message = f"this machine is not paired with a robot {wanted!r}{hint_at(wanted, (one.name for one in robots))}"
-        raise SignalingError(message, code="lan.not_paired")
+        meant = nearest(wanted, (one.name for one in robots))
+        message = f"this machine is not paired with a robot {wanted!r}"
+        if meant is None:
+            raise SignalingError(f"{message}.", code="lan.not_paired")
+        cure = "Use that name; `mosaic operator robots --lan` lists them all."
+        raise SignalingError(f"{message}; did you mean {meant!r}?", code="lan.not_paired", cure=cure)
 
     def keep(self, robot: PairedRobot) -> None:
         """In place of what was kept under its id. Raises :class:`MosaicError` (``lan.unreadable``)."""

@@ -6,7 +6,7 @@ collected and nothing starts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -38,7 +38,7 @@ from mosaic_core.runtime.configuration.safety_problems import guard_hints, safet
 from mosaic_core.runtime.threads.code_places import explained_error, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
-from mosaic_core.words.errors import ConfigError, MosaicError, Problem
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem, by_line
 
 Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
 Kept: TypeAlias = tuple[CheckedConnector, Connector]
@@ -53,6 +53,8 @@ class Configured:
     connectors: tuple[Connector, ...]
     shared: Shared
     plugins: pluggy.PluginManager
+    hints: tuple[Problem, ...] = ()
+    """What the file says and is only odd, by its lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +109,9 @@ class AutoConfigurer:
         connectors.sort(key=lambda connector: place[connector.config.label])
         every = [handler for connector in connectors for handler in connector.handlers]
         call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
-        return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
+        odd = by_line((*checked.hints, *_hints(connectors, checked.connectors)))
+        hints = tuple(one for one in odd if one.path)  # who starts it has an answer to a server that is not named
+        return Configured(checked.config, tuple(connectors), self.shared, self.plugins, hints)
 
     def rehearse(self, validation: Validation) -> Rehearsal:
         """What :meth:`configure` would say of the connectors that have no mistake so far; calls no hook.
@@ -117,12 +121,8 @@ class AutoConfigurer:
         problems: list[Problem] = []
         made = self._configurers(validation.connectors, problems)
         connectors = _connectors(made, problems)
-        groups = lease_groups(connectors)
-        hints = [*lookalikes(groups, validation.connectors)]
-        checked = {one.config.label: one for one, _ in made}
-        for connector in connectors:
-            hints += guard_hints(checked[connector.config.label], connector.handlers)
-        return Rehearsal(tuple(problems), tuple(hints), groups)
+        hints = tuple(_hints(connectors, validation.connectors))
+        return Rehearsal(tuple(problems), hints, lease_groups(connectors))
 
     def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
         made: list[Made] = []
@@ -133,6 +133,14 @@ class AutoConfigurer:
             except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
                 problems += unmade(one, error)
         return made
+
+
+def _hints(connectors: Sequence[Connector], checked: Sequence[CheckedConnector]) -> Iterator[Problem]:
+    """What only handlers show."""
+    yield from lookalikes(lease_groups(connectors), checked)
+    by_label = {one.config.label: one for one in checked}
+    for connector in connectors:
+        yield from guard_hints(by_label[connector.config.label], connector.handlers)
 
 
 def _connectors(made: Sequence[Made], problems: list[Problem], kept: Sequence[Kept] = ()) -> list[Connector]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -14,7 +16,17 @@ from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import Problem
 
+logger = logging.getLogger(__name__)
+
 _SNAKE = re.compile(r"[a-z0-9]+(_[a-z0-9]+)*")
+
+
+def tell_hints(hints: Sequence[Problem], told: Sequence[Problem] = ()) -> None:
+    """Log those that were not ``told`` yet, wherever they stood then."""
+    known = {replace(one, line=None) for one in told}
+    for hint in hints:
+        if replace(hint, line=None) not in known:
+            logger.warning("hint: %s", hint)
 
 
 def hints_of(

@@ -13,6 +13,7 @@ from typing import Protocol
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.configuration.config_hints import tell_hints
 from mosaic_core.runtime.configuration.config_loader import load_config
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.local_connectors import FOLDER
@@ -119,7 +120,9 @@ class Reloader:
         except BaseException:
             forgotten.restore()
             raise
-        before, self.checked, self.configured = self.checked, reread.checked, configured
+        before, hinted = self.checked, self.configured.hints
+        self.checked, self.configured = reread.checked, configured
+        tell_hints(configured.hints, hinted)
         self._modules = await on_a_thread(lambda: _modules_of(reread.checked))
         self._watch.learn()
         if _without_connectors(before) != _without_connectors(reread.checked):

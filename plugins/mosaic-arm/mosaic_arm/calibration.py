@@ -17,7 +17,7 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel, ValidationError, model_validator
 
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import MosaicError, nearest
 
 TICKS_PER_TURN = 4096
 """Of Feetech's STS and SMS and of Dynamixel's X series alike: 12 bits a turn."""
@@ -78,6 +78,8 @@ def read_calibration(path: Path, ids: Mapping[str, int]) -> dict[str, MotorCalib
         raise _wrong(path, str(error), cure) from None
     for name, motor in ids.items():
         if name not in found:
+            meant = nearest(name, found)
+            cure = f"Write '{meant}' alike in both, or calibrate again: mosaic arm calibrate {path}" if meant else cure
             raise _wrong(path, f"the joint '{name}' is missing; it has {', '.join(found) or 'none'}", cure)
         if found[name].id != motor:
             raise _wrong(path, f"'{name}' is motor {found[name].id} there and {motor} in the params", cure)

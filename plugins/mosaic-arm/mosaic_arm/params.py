@@ -11,6 +11,7 @@ from mosaic_arm.calibration import MotorCalibration, read_calibration
 from mosaic_arm.joint_scale import UNCALIBRATED, JointScale
 from mosaic_core import Params
 from mosaic_core.contract.params import unit
+from mosaic_core.words.errors import hint_at
 
 BusType = Literal["feetech", "dynamixel", "fake"]
 ExitPolicy = Literal["hold", "release"]
@@ -68,7 +69,8 @@ class ArmParams(Params):
         if twice:
             raise ValueError(f"two joints have the motor {twice[0]}")
         if self.gripper is not None and self.gripper not in self.joints:
-            raise ValueError(f"gripper is no joint: '{self.gripper}'; there are {', '.join(self.joints)}, or null")
+            hint = hint_at(self.gripper, self.joints)
+            raise ValueError(f"gripper is no joint: '{self.gripper}'{hint} There are {', '.join(self.joints)}, or null")
         return self
 
     def calibrations(self) -> dict[str, MotorCalibration]:

@@ -42,6 +42,11 @@ class PoseBook:
         with self._lock:
             return self._saved.get(name, self._written.get(name))
 
+    def file_of(self, name: str) -> Path | None:
+        """The file that a pose was saved to; ``None`` for one of the YAML file."""
+        with self._lock:
+            return self._path if name in self._saved else None
+
     def save(self, name: str, pose: Pose) -> None:
         """Raises :class:`Refused`."""
         if self._path is None:

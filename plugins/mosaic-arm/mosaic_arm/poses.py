@@ -15,7 +15,7 @@ from mosaic_arm.pose_file import Pose, PoseBook, PoseName
 from mosaic_arm.shared_arm import KeptArm, shared_arm
 from mosaic_core import DataChannelConfigurer, Message, Refused, Request, RequestHandler
 from mosaic_core.contract.params import unit
-from mosaic_core.words.errors import MosaicError, hint_at
+from mosaic_core.words.errors import ConfigError, Problem, guess, hint_at
 
 STEP_S = 0.02
 ANSWER_S = 60.0
@@ -153,11 +153,19 @@ class ArmPosesConfigurer(DataChannelConfigurer[PoseParams]):
     def configure(self) -> ArmPoses:
         arm = shared_arm(self.params.arm, self.shared)
         book = PoseBook(self.params.poses, Path(self.params.file) if self.params.file else None)
-        for name in book.names():
-            strange = sorted(set(book.pose(name) or ()) - set(arm.joints))
-            if strange:
-                cure = f"There are: {', '.join(arm.joints)}."
-                message = f"the pose '{name}' names the joint '{strange[0]}', which this arm does not have. {cure}"
-                raise MosaicError(message, code="config.invalid", cure=cure)
+        strange = [*_strange_joints(book, list(arm.joints))]
+        if strange:
+            raise ConfigError(strange)
         arm.pose_books[self.label] = book
         return ArmPoses(self.label, arm, book)
+
+
+def _strange_joints(book: PoseBook, joints: list[str]) -> Iterator[Problem]:
+    """Joints of poses that the arm does not have, each at its place in the YAML file or with the file that has it."""
+    for name in book.names():
+        for joint in sorted(set(book.pose(name) or ()) - set(joints)):
+            file = book.file_of(name)
+            path = "file" if file else f"poses.{name}.{joint}"
+            where = f"{file}: " if file else ""
+            message = f"{where}the pose '{name}' names the joint '{joint}', which this arm does not have"
+            yield Problem(message, path=path, cure=guess(joint, joints, f"it has: {', '.join(joints)}"))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from mosaic_arm.arm import RETRY_S
 from mosaic_arm.calibration import MotorCalibration, write_calibration
 from mosaic_arm.freedrive import ArmFreedriveConfigurer
 from mosaic_arm.gripper import ArmGripperConfigurer
@@ -18,6 +19,7 @@ from mosaic_arm.pose_names import ArmPoseNamesConfigurer
 from mosaic_arm.poses import THERE_RAD, ArmPosesConfigurer
 from mosaic_arm.state import ArmStateConfigurer
 from mosaic_core import AutoConfigurer, Delivery, DeviceGone
+from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.testing import Cleared, Leaves, LosesLease, Silence, Stopped, ask, collect, feed
 from mosaic_core.words.errors import MosaicError
 
@@ -117,12 +119,17 @@ def test_the_state_has_every_joint_at_the_rate_asked_for(on_clock: ArmOnClock) -
     assert (len(states[0].positions), len(states[0].velocities), states[0].efforts) == (6, 6, [])
 
 
-def test_the_state_of_a_bus_that_is_away_is_a_device_that_is_gone(on_clock: ArmOnClock) -> None:
+def test_the_state_of_a_bus_that_is_away_for_thirty_seconds_is_gone_and_then_told_again(on_clock: ArmOnClock) -> None:
     state = on_clock.build(ArmStateConfigurer)
+    assert len(collect(state, 2)) == 2
     on_clock.bus.is_gone = True
-    on_clock.clock.advance(1.0)
-    with pytest.raises(DeviceGone, match="the port is lost"):
-        collect(state, 1)
+    for _ in range(6):  # as the robot tries again
+        on_clock.clock.advance(5.0)
+        with pytest.raises(DeviceGone, match="the port is lost"):
+            collect(state, 1)
+    on_clock.bus.is_gone = False
+    on_clock.clock.advance(RETRY_S[-1])
+    assert len(collect(state, 2)) == 2
 
 
 def health(on_clock: ArmOnClock) -> Any:
@@ -141,8 +148,11 @@ def test_health_names_what_is_hot_and_what_a_motor_protects_itself_from(on_clock
 
 def test_health_goes_on_while_the_bus_is_away(on_clock: ArmOnClock) -> None:
     on_clock.bus.is_gone = True
-    on_clock.clock.advance(1.0)
+    on_clock.clock.advance(30.0)
     assert (health(on_clock).level, health(on_clock).message) == ("stale", "the port is lost")
+    on_clock.bus.is_gone = False
+    on_clock.clock.advance(RETRY_S[-1])
+    assert health(on_clock).level == "ok"
 
 
 # -- the gripper -----------------------------------------------------------------------------------------------------
@@ -267,6 +277,52 @@ def test_a_pose_that_there_is_not_is_told_with_the_nearest(on_clock: ArmOnClock)
     refused = ask(on_clock.build(ArmPosesConfigurer, poses=REST), {"action": "go", "name": "rets"}).refused
     assert refused is not None
     assert refused.message == "no pose is called 'rets'; did you mean 'rest'? There are: rest"
+
+
+ARM = {"bus": "fake", "port": "trial"}
+WRONG = {"elbow_flx": {"id": 3, "range_min": 700, "range_max": 3000}}
+
+
+@pytest.mark.parametrize(
+    ("kind", "params", "path", "message", "cure"),
+    [
+        ("arm-joints", {"arm": {**ARM, "gripper": "griper"}}, "arm", "did you mean 'gripper'? There are sho", ""),
+        (
+            "arm-poses",
+            {"arm": ARM, "poses": {"rest": {"gripper": 0.0}, "wave": {"elbow_flx": 1.0}}},
+            "poses.wave.elbow_flx",
+            "the pose 'wave' names the joint 'elbow_flx', which this arm does not have",
+            "did you mean 'elbow_flex'?",
+        ),
+        (
+            "arm-poses",
+            {"arm": ARM, "file": "FILE"},
+            "file",
+            "FILE: the pose 'elbow_flx' names the joint 'id', which this arm does not have",
+            "it has: shoulder_pan, shoulder_lift, elbow_flex, wrist_flex, wrist_roll, gripper",
+        ),
+        (
+            "arm-joints",
+            {"arm": {**ARM, "calibration": "FILE", "joints": {"elbow_flex": {"id": 3}}, "gripper": None}},
+            "",
+            "calibration FILE: the joint 'elbow_flex' is missing; it has elbow_flx.",
+            "Write 'elbow_flx' alike in both, or calibrate again: mosaic arm calibrate FILE",
+        ),
+    ],
+)
+def test_an_unknown_joint_is_told_with_the_nearest_and_the_file_that_names_it(
+    tmp_path: Path, kind: str, params: dict[str, Any], path: str, message: str, cure: str
+) -> None:
+    file = tmp_path / "joints.json"
+    file.write_text(json.dumps(WRONG))
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(json.dumps({"connectors": [{"type": kind, "label": "arm", "params": params}]}).replace(
+        '"FILE"', json.dumps(str(file))))  # fmt: skip
+    validation = validate_file(robot)
+    told = [*validation.problems, *AutoConfigurer().rehearse(validation).problems][0]
+    assert told.path == ".".join(filter(None, ("connectors[0].params", path)))
+    assert message.replace("FILE", str(file)) in told.message
+    assert told.cure == cure.replace("FILE", str(file))
 
 
 def test_a_pose_file_that_is_none_is_told_before_anything_starts(on_clock: ArmOnClock, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from cantools.database.can import Database
 from cantools.database.can import Message as Described
 from cantools.database.errors import Error, UnsupportedDatabaseFormatError
 
-from mosaic_core.words.errors import MosaicError, hint_at
+from mosaic_core.words.errors import MosaicError, hint_at, whole_sentence
 
 SAMPLE = "sample"
 FrameKey = tuple[int, bool]
@@ -49,8 +49,7 @@ class CanDatabase:
 
 def invalid(message: str, cure: str) -> MosaicError:
     """A mistake of the robot's file, which only another file can show."""
-    end = "" if message.endswith((".", "?")) else "."
-    return MosaicError(f"{message}{end} {cure}", code="config.invalid", cure=cure)
+    return MosaicError(f"{whole_sentence(message)} {cure}", code="config.invalid", cure=cure)
 
 
 def _read(name: str) -> Database:

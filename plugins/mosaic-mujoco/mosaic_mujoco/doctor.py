@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 
 from mosaic_core import DeviceGone
 from mosaic_core.contract.checks import CheckContext
+from mosaic_core.words.errors import whole_sentence
 from mosaic_core.words.finding import Finding, passed, skipped, warned
 
 CHECK = "mujoco.drawing"
@@ -35,4 +36,4 @@ def drawing_finding() -> Finding:
             drawing.drawn()
             return passed(CHECK, f"MuJoCo draws pictures with {backend()}.")
     except DeviceGone as error:
-        return warned(CHECK, "plugin.no_device", f"{error.message}.", error.cure)
+        return warned(CHECK, "plugin.no_device", whole_sentence(error.message), error.cure)

@@ -222,7 +222,7 @@ def test_a_type_that_somebody_has_already_is_told(tmp_path: Path, lux: Path) -> 
         ("nothing", None, "nothing: it does not exist"),
         ("notes.txt", "x", "notes.txt: it is no Python file"),
         ("empty.py", "x = 1", "empty.py offers no connector"),
-        ("broken.py", "def", "broken.py offers no connector: line 1: SyntaxError"),
+        ("broken.py", "def", r"broken\.py:1: SyntaxError: invalid syntax$"),
         ("pyproject.toml", "[project", "pyproject.toml can't be read"),
         ("pyproject.toml", "[project]\nname = 'x'", "pyproject.toml offers no connector"),
     ],
@@ -233,6 +233,40 @@ def test_what_is_no_plugin_is_told_with_a_cure(tmp_path: Path, name: str, text: 
     with pytest.raises(DemoFailed, match=message) as caught:
         plugin_at(tmp_path if name == "pyproject.toml" else tmp_path / name)
     assert caught.value.cure
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "cure"),
+    [
+        ("x = 1\ndef broken(:\n    pass\n", ":2: SyntaxError: invalid syntax", "mend it first"),
+        (
+            "class A(DataChannelConfigurer[NoParams]):\n    conector_type = 'a'\n",
+            ":2: A has no connector_type",
+            "mend it first; write connector_type",
+        ),
+        ("x = 1\n", " offers no connector", "write a DataChannelConfigurer"),
+    ],
+)
+def test_the_cure_of_a_file_without_connectors_is_that_of_its_mistake(
+    tmp_path: Path, text: str, message: str, cure: str
+) -> None:
+    file = tmp_path / "lux.py"
+    file.write_text(text)
+    with pytest.raises(DemoFailed) as caught:
+        plugin_at(file)
+    assert caught.value.message.startswith(f"{file}{message}")
+    assert caught.value.cure.startswith(cure)
+
+
+@pytest.mark.parametrize("module", ["__init__.py", "connector.py", "device.py"])
+def test_a_line_that_is_no_python_is_told_with_its_file_and_no_installation(
+    tmp_path: Path, lamp: Path, module: str
+) -> None:
+    file = lamp / "acme_lamp" / module
+    file.write_text(f"{file.read_text()}\ndef broken(:\n    pass\n")
+    told = failure(tmp_path, lamp)
+    assert f"{file}:{len(file.read_text().splitlines()) - 1}" in told.message
+    assert told.cure == "mend it, and start the demo again"
 
 
 def test_a_folder_without_a_plugin_is_told(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from mosaic_core import (
 )
 from mosaic_core.testing import connector, joined
 from mosaic_sim.demo.checks import CheckFailed, Result
-from mosaic_sim.demo.headless_check import with_cause
+from mosaic_sim.demo.headless_check import failures_in, with_cause
 from mosaic_sim.demo.own_checks import own_works
 
 
@@ -57,6 +57,27 @@ async def test_every_handler_of_a_connector_is_looked_at() -> None:
         assert len(seen) > 2, "and the thermometer"
         with pytest.raises(CheckFailed, match="does not announce"):
             await own_works(link.connection, "telescope", "")
+
+
+class TapeConfigurer(MediaTrackConfigurer[NoParams]):
+    def configure(self) -> Handler:
+        return Light(f"{self.label}_head")
+
+
+async def test_a_connector_whose_label_begins_like_another_is_not_counted_as_its_handler() -> None:
+    three = [("scope", TapeConfigurer), ("scope_left", TapeConfigurer), ("scope_left_eye", ScopeConfigurer)]
+    labels = [label for label, _ in three]
+    async with joined(*(connector(kind, label=label) for label, kind in three)) as link:
+        assert await own_works(link.connection, "scope", "", labels) == "takes messages"
+        assert await own_works(link.connection, "scope_left", "", labels) == "takes messages"
+        assert "64×48" in await own_works(link.connection, "scope_left_eye", "", labels)
+
+
+def test_a_failure_is_told_of_the_connector_whose_handler_failed() -> None:
+    log = "12:00:00 ERROR   connector 'lamp_post_light': no lamp; tries again in 1.0 s\n"
+    assert failures_in(log, ["lamp", "lamp_post", "lam"]) == {"lamp_post": "no lamp"}
+    assert failures_in(log, ["lamp", "lam"]) == {"lamp": "no lamp"}
+    assert failures_in(log, ["lam"]) == {}
 
 
 def test_a_device_that_is_missing_fails_what_nothing_was_seen_of() -> None:

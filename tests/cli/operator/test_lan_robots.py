@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from uuid import UUID
 
 import pytest
 
 from mosaic_core.cli.operator import lan_robots
+from mosaic_core.cli.operator.operator_session import connected
 from mosaic_core.machines.lan.announced_robots import AnnouncedRobot
+from mosaic_core.operator import MosaicOperator, RobotSummary
 from mosaic_core.operator.lan.paired_robots import PairedRobot, PairedRobots
+from mosaic_core.words.errors import SignalingError
 
 TOKEN = "a.b.c"  # noqa: S105 - of nobody
 ROVER, ARM, AWAY = (str(UUID(int=number)) for number in (7, 8, 9))
@@ -67,3 +70,66 @@ def test_who_has_no_account_is_told_where_paired_robots_are_listed(mosaic: Any) 
     ended = mosaic("operator", "robots")
     assert ended.code == 2
     assert "mosaic operator robots --lan" in ended.err
+
+
+@pytest.mark.usefixtures("announced")
+@pytest.mark.parametrize(
+    ("words", "works"),
+    [
+        (("call", "Acmee", "survey", '{"looks": 3}'), """mosaic operator call Acme survey '{"looks": 3}' --lan"""),
+        (("stop", "acme", "--reason", "a dog"), "mosaic operator stop Acme --reason 'a dog' --lan"),
+        (("lease", "Acmee", "--take"), "mosaic operator lease Acme --take --lan"),
+    ],
+)
+def test_a_misspelt_paired_robot_is_named_with_the_command_that_works(
+    mosaic: Any, words: tuple[str, ...], works: str
+) -> None:
+    keep(ROVER, "Acme")
+    ended = mosaic("operator", *words)
+    assert ended.code == 2
+    assert "did you mean 'Acme'?" in ended.err
+    assert f"cure: write {works}\n" in ended.err
+
+
+@pytest.mark.usefixtures("announced")
+def test_a_robot_like_no_paired_one_is_told_with_those_that_are_and_how_to_pair_or_sign_in(mosaic: Any) -> None:
+    keep(ROVER, "Rover")
+    ended = mosaic("operator", "call", "Zeppelin", "survey")
+    assert ended.code == 2
+    assert "not paired with a robot 'Zeppelin'; it is with 'Rover'" in ended.err
+    for cure in ("mosaic operator pair", "--email"):
+        assert cure in ended.err.partition("cure: ")[2]
+
+
+@pytest.mark.usefixtures("announced")
+def test_the_cure_of_a_misspelt_name_with_lan_is_the_name(mosaic: Any) -> None:
+    keep(ROVER, "Acme")
+    ended = mosaic("operator", "call", "Acmee", "survey", "--lan")
+    assert ended.code == 1
+    assert "did you mean 'Acme'?" in ended.err
+    assert "cure: Use that name" in ended.err
+
+
+class SignedIn:
+    """Somebody whose account has one robot."""
+
+    paired_id = None
+
+    async def robots(self) -> list[RobotSummary]:
+        return [RobotSummary(id=ARM, name="Arm")]
+
+
+@pytest.mark.usefixtures("announced")
+@pytest.mark.parametrize(
+    ("wanted", "message", "more"),
+    [
+        ("Armm", "no robot 'Armm'; did you mean 'Arm'?", ""),
+        ("Rovr", "no robot 'Rovr'.", "; with --lan this machine reaches 'Rover', which it is paired with"),
+    ],
+)
+async def test_who_is_signed_in_is_told_of_the_robot_that_is_meant(wanted: str, message: str, more: str) -> None:
+    keep(ROVER, "Rover")
+    with pytest.raises(SignalingError) as caught:
+        await connected(cast("MosaicOperator", SignedIn()), wanted)
+    assert caught.value.message == message
+    assert caught.value.cure == f"robots of this account: Arm ({ARM}){more}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mosaic_core.cli.operator.control_actions import show_entries
-from mosaic_core.cli.operator.operator_send import SendAction
+from mosaic_core.cli.operator.operator_send import SendAction, refusal_text
 from mosaic_core.words.control import JournalEntry, Refusal
 
 
@@ -39,3 +39,15 @@ def test_the_journal_shows_time_code_and_gate_whole_at_80_columns(
         assert whole in shown
     assert "…" not in shown
     assert max(map(len, shown.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        ("no field 'linera': did you mean 'linear'?", "did you mean 'linear'? Compare it with"),
+        ("rpm: Field required", "rpm: Field required. Compare it with"),
+        ("It is no JSON.", "It is no JSON. Compare it with"),
+    ],
+)
+def test_what_is_refused_is_told_as_one_sentence_before_the_cure(message: str, told: str) -> None:
+    assert told in refusal_text(Refusal(label="drive", code="channel.invalid", gate="shape", message=message))

@@ -75,6 +75,22 @@ def test_it_tells_its_state_as_json_and_ends_at_once_on_a_signal(robot_yaml: Pat
         assert [entry["code"] for entry in entries if "code" in entry] == ["signal.unreachable"]
 
 
+def test_hints_are_told_once_at_the_start_and_stand_in_every_line_for_programs(robot_yaml: Path) -> None:
+    robot_yaml.write_text(robot_yaml.read_text().replace("label: link", "label: Link-1"))
+    with running(str(robot_yaml), "--json", "--log-format", "json") as process:
+        assert process.stdout is not None
+        lines = [json.loads(process.stdout.readline()) for _ in range(2)]
+        process.send_signal(signal.SIGTERM)
+        _, log = process.communicate(timeout=10)
+    said = "the label 'Link-1' is not snake_case"
+    assert [[(one["path"], one["message"]) for one in line["hints"]] for line in lines] == [
+        [("connectors[0].label", said)]
+    ] * 2
+    told = [entry for entry in map(json.loads, log.splitlines()) if entry["message"].startswith("hint: ")]
+    assert [entry["level"] for entry in told] == ["warning"]
+    assert f"{robot_yaml}:6: connectors[0].label: {said}" in told[0]["message"]
+
+
 def test_mistakes_end_it_before_anything_starts(robot_yaml: Path) -> None:
     robot_yaml.write_text(robot_yaml.read_text().replace("label: link", "lable: link"))
     done = subprocess.run([*MOSAIC, "run", str(robot_yaml)], capture_output=True, text=True, timeout=60)

@@ -153,3 +153,20 @@ def test_a_folder_of_secrets_can_have_no_space_or_colon() -> None:
         unit = ServiceUnit("mosaic", "rover", (), Path("/home/rover"), ("/bin/mosaic",), Path(folder), ("token",))
         with pytest.raises(MosaicError):
             unit_text(unit)
+
+
+TWO_LEASES = """\
+connectors:
+  - { type: cmd-vel, label: left, params: { drive: { type: log } }, safety: { resource: arm } }
+  - { type: cmd-vel, label: right, params: { drive: { type: log } }, safety: { resource: amr } }
+"""
+
+
+@pytest.mark.parametrize(("words", "is_told"), [([], True), (["--", "--serve", "9002"], False)])
+def test_hints_are_told_as_validate_tells_them_but_for_what_the_words_answer(
+    robot_file: Path, words: list[str], is_told: bool
+) -> None:
+    robot_file.write_text(TWO_LEASES)
+    said = printed(str(robot_file), "--account", ACCOUNT, *words).stderr
+    assert "are two leases, which two people may hold at once" in said
+    assert ("no server is named" in said) is is_told

@@ -151,7 +151,7 @@ def test_without_names_a_list_that_needs_them_is_refused() -> None:
 
 def test_a_joint_that_the_arm_does_not_have_is_refused_where_its_joints_are_known() -> None:
     its = NumberList("positions", "names", frozenset({"elbow", "wrist"}))
-    with pytest.raises(OutOfRange, match="names: there is no 'elbo'; there are elbow, wrist"):
+    with pytest.raises(OutOfRange, match=r"names: there is no 'elbo'; did you mean 'elbow'\? There are: elbow, wrist"):
         Arm(its=its).sent(0.0, elbo=1.0)
     assert its.could_hold("positions.elbow")
     assert not its.could_hold("positions.elbo")

@@ -452,3 +452,17 @@ async def test_what_can_not_begin_is_told_and_the_next_save_begins_it(bench: Ben
         bench.write("connectors/beats.py", whole)
         bench.edit("connectors/words.py", "tick", "tock")
         await word(live, "a", "tock")
+
+
+async def test_a_change_that_is_odd_is_hinted_at_once(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    def hints() -> list[str]:
+        return [one.getMessage() for one in caplog.records if one.getMessage().startswith("hint: ")]
+
+    async with running(bench) as live:
+        bench.connectors("{ type: heart, label: B-e }", "{ type: wheel, label: wheel }")
+        await until(lambda: "B-e" in live.labels())
+        (told,) = hints()
+        assert told.startswith(f"hint: {bench.file}:3: connectors[0].label: the label 'B-e' is not snake_case")
+        bench.write("mosaic_config.yaml", "# moved\n" + bench.file.read_text() + "  - { type: heart, label: c }\n")
+        await until(lambda: "c" in live.labels())
+        assert hints() == [told]

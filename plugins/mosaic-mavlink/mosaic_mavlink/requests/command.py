@@ -114,7 +114,7 @@ class MavlinkCommand(RequestHandler[VehicleCommand, CommandDone]):
         order = mode_order(facts.kind, mode)
         if order is None:
             known = modes_of(facts.kind)
-            hint = f"{hint_at(mode, known)}; it has: {', '.join(known) or 'none that is known'}"
+            hint = f"{hint_at(mode, known)} It has: {', '.join(known) or 'none that is known'}"
             raise Refused("mavlink.unknown_mode", f"a {facts.kind} has no mode {mode}{hint}")
         self._contact.vehicle.give_way()
         if mode == "OFFBOARD":

@@ -74,7 +74,7 @@ def _check_port(host: str, port: int) -> None:
         try:
             probe.bind((host, port))
         except socket.gaierror as error:
-            raise _refused(f"{host!r} is no address of this machine", "write for example 0.0.0.0:9002") from error
+            raise _refused(f"{host!r} is no address of this machine", f"write for example 0.0.0.0:{port}") from error
         except OSError as error:
             what = (
                 "is taken by another program" if error.errno == errno.EADDRINUSE else f"can't be used: {error.strerror}"

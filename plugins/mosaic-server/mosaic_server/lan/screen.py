@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
+from urllib.parse import urlsplit
 
 import segno
 from rich.console import Console, Group, RenderableType
@@ -12,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mosaic_core.words.lan import LanNews
+from mosaic_core.words.lan_wish import DEFAULT_PORT
 
 _QUIET_ZONE = 2
 """Modules of white around it. The standard wants 4; on white of our own, phones read it with 2."""
@@ -24,7 +26,6 @@ NO_TLS = (
 )
 _NEARBY = "drive this robot from a phone or computer nearby"
 _HERE = "drive this robot on this machine"
-ONLY_HERE = "Only this machine can open it, and pair with the PIN; for phones: --serve 0.0.0.0:9002"
 
 
 def pairing_box(news: LanNews, height: int, width: int | None = None) -> str:
@@ -86,12 +87,18 @@ def _box(news: LanNews, code: list[str], height: int, width: int) -> Panel:
     return Panel(content, title=_HERE if news.only_here else _NEARBY, title_align="left", expand=False)
 
 
+def _for_phones(news: LanNews) -> str:
+    """The option that lets others in, on the port that the robot has."""
+    url = urlsplit(next(iter(news.urls), f"http://127.0.0.1:{DEFAULT_PORT}"))
+    return f"--serve 0.0.0.0:{url.port or (443 if url.scheme == 'https' else 80)}"
+
+
 def _words(news: LanNews) -> list[RenderableType]:
     words: list[RenderableType] = [Text(url, style="bold") for url in news.urls]
     if news.pin:
         words += [Text(), Text.assemble("PIN  ", (spoken_pin(news.pin), "bold green"))]
     if news.only_here:
-        words.append(Text(ONLY_HERE))
+        words.append(Text(f"Only this machine can open it, and pair with the PIN; for phones: {_for_phones(news)}"))
     elif news.page or news.pin:
         words.append(
             Text("Scan, or open an address and type the PIN. Each pairs one device; new ones every 5 minutes.")

@@ -196,9 +196,9 @@ def test_once_somebody_is_paired_two_lines_are_enough() -> None:
 
 
 def test_what_only_this_machine_can_open_is_offered_to_no_phone() -> None:
-    news = LanNews(urls=("http://127.0.0.1:9002",), only_here=True, pin="12345678", page=PAGE)
+    news = LanNews(urls=("http://127.0.0.1:9123",), only_here=True, pin="12345678", page=PAGE)
     box = pairing_box(news, height=40, width=120)
-    for part in ("on this machine", "Only this machine can open it", "--serve 0.0.0.0:9002", "1234 5678"):
+    for part in ("on this machine", "Only this machine can open it", "--serve 0.0.0.0:9123", "1234 5678"):
         assert part in box
     for part in ("phone or computer nearby", "▀", "Scan"):
         assert part not in box
@@ -266,7 +266,9 @@ def test_a_port_that_is_taken_is_told_with_another_one(tmp_path: Path) -> None:
 
 def test_an_address_that_is_not_ours_is_told(tmp_path: Path) -> None:
     assert "can't be used" in refusal(LanHome(tmp_path), LanWish("203.0.113.9", 9002)).message
-    assert "no address" in refusal(LanHome(tmp_path), LanWish("no-such-host.invalid", 9002)).message
+    error = refusal(LanHome(tmp_path), LanWish("no-such-host.invalid", 9123))
+    assert "no address" in error.message
+    assert error.cure == "write for example 0.0.0.0:9123"
 
 
 def test_a_directory_that_is_in_use_or_can_not_be_made_is_told(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from functools import partial
 
 from mosaic_core import MosaicError
 from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.words.errors import whole_sentence
 from mosaic_sim.demo.checks import (
     Result,
     driving_moves,
@@ -41,10 +42,10 @@ async def results_for(
             connection = await operator.connect(robot_id)
             connected = Result("connect", True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
             looked_at = await _looked_at(connection) if is_yard else []
-            brought = [await told(label, partial(own_works, connection, label, url)) for label in own]
+            brought = [await told(label, partial(own_works, connection, label, url, own)) for label in own]
             return [connected, *looked_at, *brought]
     except MosaicError as error:
-        return [Result("connect", False, f"{error.message} {error.cure}".strip())]
+        return [Result("connect", False, f"{whole_sentence(error.message)} {error.cure}".strip())]
 
 
 async def _looked_at(connection: RobotConnection) -> list[Result]:

@@ -7,7 +7,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 from rich.console import Console
 from rich.table import Table
@@ -15,7 +15,7 @@ from rich.table import Table
 from mosaic_sim.demo.checks import Result
 from mosaic_sim.demo.demo_robot import YARD
 from mosaic_sim.demo.errors import DemoFailed
-from mosaic_sim.demo.own_checks import UNPROVEN, is_of
+from mosaic_sim.demo.own_checks import UNPROVEN, owner_of
 from mosaic_sim.demo.supervisor import RunningDemo
 
 PATIENCE_S = 90.0
@@ -54,18 +54,19 @@ def checked(demo: RunningDemo) -> list[Result]:
         results = [Result.of_wire(line) for line in json.loads(done.stdout)]
     except (ValueError, TypeError, KeyError):
         raise DemoFailed("the check gave no result", details=done.stderr.strip()[-2000:]) from None
-    failures = failures_in(demo.robot.last_lines(MOST_LOG_LINES), [one.label for one in demo.own])
+    every = [one.label for one in (*demo.own, *demo.simulated)]
+    failures = failures_in(demo.robot.last_lines(MOST_LOG_LINES), every)
     return [with_cause(result, failures.get(result.name, "")) for result in results]
 
 
-def failures_in(log: str, labels: Iterable[str]) -> dict[str, str]:
+def failures_in(log: str, labels: Collection[str]) -> dict[str, str]:
     """What the robot's log says last of those connectors, or of handlers of theirs, that failed; but first that one
     sends what its class does not declare, which is told once."""
     found: dict[str, str] = {}
     for match in _FAILURE.finditer(log):
-        for label in labels:
-            if is_of(match["label"], label) and not is_authors(found.get(label, "")):
-                found[label] = ": ".join(filter(None, (match["place"], match["why"])))
+        label = owner_of(match["label"], labels)
+        if label is not None and not is_authors(found.get(label, "")):
+            found[label] = ": ".join(filter(None, (match["place"], match["why"])))
     return found
 
 

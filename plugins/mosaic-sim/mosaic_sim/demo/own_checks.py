@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Collection, Iterable
 
 import httpx
 
@@ -15,19 +16,22 @@ UNPROVEN = frozenset(("announced", "takes messages", "answers requests"))
 """What is said of a handler that nothing was seen of but its channel."""
 
 
-async def own_works(connection: RobotConnection, label: str, url: str) -> str:
+async def own_works(connection: RobotConnection, label: str, url: str, labels: Collection[str] = ()) -> str:
     """What was seen of it and all its handlers: a picture, a message, or that it is open. ``url``: the server's, which
-    serves its widget. Raises :class:`CheckFailed`, and :class:`TimeoutError` where nothing arrives."""
+    serves its widget. ``labels``: those of all connectors. Raises :class:`CheckFailed`, and :class:`TimeoutError` where
+    nothing arrives."""
     entries = connection.catalogue.entries if connection.catalogue else ()
-    its = [one for one in entries if is_of(one.label, label)]
+    its = [one for one in entries if (one.connector or owner_of(one.label, {label, *labels})) == label]
     if not its:
         raise CheckFailed("the robot does not announce it")
     return ", ".join(dict.fromkeys([await _seen(connection, entry, url) for entry in its]))
 
 
-def is_of(handler: str, connector: str) -> bool:
-    """Whether a handler of this label is one of the connector's: their labels begin with its own, by custom."""
-    return handler == connector or handler.startswith(f"{connector}_")
+def owner_of(handler: str, connectors: Iterable[str]) -> str | None:
+    """The connector that a handler of this label is of: by custom it begins with that connector's own label, and where
+    several fit (``lamp``, ``lamp_post``) with the longest."""
+    fitting = [one for one in connectors if f"{handler}_".startswith(f"{one}_")]
+    return max(fitting, key=len, default=None)
 
 
 async def _seen(connection: RobotConnection, entry: CatalogueEntry, url: str) -> str:

@@ -90,9 +90,14 @@ def _project(folder: Path) -> dict[str, Any]:
 def _single_file(file: Path) -> OwnPlugin:
     found = connectors_in(file)
     if not found.connectors:
-        told = "; ".join(f"line {one.line}: {one.message}; {one.cure}" for one in found.problems)
-        cure = "write a DataChannelConfigurer or MediaTrackConfigurer with a connector_type into it"
-        raise DemoFailed(f"{file} offers no connector" + (f": {told}" if told else ""), cure)
+        told = "; ".join(f"{file}:{one.line}: {one.message}" for one in found.problems)
+        cures = "; ".join(dict.fromkeys(one.cure for one in found.problems))
+        cure = (
+            f"mend it first; {cures}"
+            if cures
+            else "write a DataChannelConfigurer or MediaTrackConfigurer with a connector_type into it"
+        )
+        raise DemoFailed(told or f"{file} offers no connector", cure)
     points = {one.type: one.entry_point.value for one in found.connectors}
     folder = found.connectors[0].file.parent
     package = next(iter(points.values())).partition(".")[0]

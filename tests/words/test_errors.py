@@ -1,0 +1,26 @@
+"""Sentences of errors: where one ends, and which name may have been meant."""
+
+from __future__ import annotations
+
+import pytest
+
+from mosaic_core.words.errors import hint_at, whole_sentence
+
+
+@pytest.mark.parametrize(
+    ("text", "whole"),
+    [
+        ("no field 'linera'", "no field 'linera'."),
+        ("It is no JSON.", "It is no JSON."),
+        ("did you mean 'linear'?", "did you mean 'linear'?"),
+        ("and so on …", "and so on …"),
+    ],
+)
+def test_a_sentence_ends_once(text: str, whole: str) -> None:
+    assert whole_sentence(text) == whole
+
+
+@pytest.mark.parametrize("name", ["rovr", "zeppelin"])
+def test_a_hint_ends_the_sentence_before_it(name: str) -> None:
+    sentence = f"no robot {name!r}{hint_at(name, ['rover'])}"
+    assert whole_sentence(sentence) == sentence
