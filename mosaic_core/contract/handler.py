@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.data_tap import DataTap
 from mosaic_core.contract.declared.class_bodies import check_bodies
-from mosaic_core.contract.declared.class_names import check_names
+from mosaic_core.contract.declared.class_names import check_derived, check_names
 from mosaic_core.contract.declared.class_safety import (
     check_bounds,
     check_fields,
@@ -32,6 +32,7 @@ from mosaic_core.contract.declared.class_values import (
 )
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.sent_picture import check_picture
+from mosaic_core.contract.declared.sent_sound import check_sound
 from mosaic_core.contract.every import Every
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
@@ -70,6 +71,8 @@ class Handler:
     data_type: MosaicDataType
 
     def __init__(self, label: str) -> None:
+        """Raises :class:`MosaicError` for a base that nobody has derived from: it does not know what it sends."""
+        check_derived(type(self))
         self.label = label
         self._host: HandlerHost = UnboundHost()
 
@@ -451,7 +454,9 @@ class AudioTrackHandler(Handler):
         return ()
 
     def send_sound(self, sound: Sound) -> bool:
-        """Hand over one piece from any thread; ``False`` if nobody listens."""
+        """Hand over one piece from any thread; ``False`` if nobody listens. Raises :class:`MosaicError`
+        (``plugin.wrong_message``) for what is no sound."""
+        check_sound(type(self), sound)
         return self._host.offer(self.label, sound)
 
 

@@ -206,3 +206,12 @@ def test_a_mixin_may_bring_a_body_to_its_base() -> None:
             yield from super().messages()
 
     assert [*Both("b").messages()] == [Wish()]
+
+
+@pytest.mark.parametrize("base", [DataChannelSendable, DataChannelSendable[Message], DataChannelReceivable[Message]])
+def test_a_base_itself_is_no_handler(base: Any) -> None:
+    with pytest.raises(MosaicError) as caught:
+        base("it")
+    line = caught.traceback[0].lineno + 1
+    name = base.__name__.partition("[")[0]
+    assert caught.value.message.startswith(f"{__file__}:{line}: {name} itself does not know what it carries. Derive a")

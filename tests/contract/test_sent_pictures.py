@@ -1,4 +1,4 @@
-"""What a camera returns instead of yielding, or yields and is no picture, is told with class, line and cure."""
+"""What a camera or a microphone returns instead of yielding, or yields and is none, is told with class and line."""
 
 from __future__ import annotations
 
@@ -131,3 +131,29 @@ def test_the_line_of_a_picture_that_is_pushed_is_that_of_the_push() -> None:
         eye.send_frame("picture.png")  # type: ignore[arg-type]
     line = caught.traceback[0].lineno + 1
     assert caught.value.message.startswith(f"Yielding ({__file__}:{line}) sends str; ")
+
+
+class Humming(AudioTrackHandler):
+    def __init__(self, sound: Any) -> None:
+        super().__init__("ear")
+        self.sound = sound
+
+    def sounds(self) -> Iterator[Any]:
+        yield self.sound
+
+
+@pytest.mark.parametrize(
+    ("sound", "said"),
+    [
+        (np.zeros((960, 1), np.int16), "ndarray int16 (960, 1), and no `Sound(samples, rate_hz, captured_at_s)`"),
+        (Sound(np.zeros((960, 1), np.float32), 48_000, 0.0), "a sound of ndarray float32 (960, 1); it must be int16"),  # type: ignore[arg-type]
+        (Sound(np.zeros(960, np.int16), 48_000, 0.0), "a sound of ndarray int16 (960,); it must be int16 samples of"),
+        (Sound(np.zeros((960, 0), np.int16), 48_000, 0.0), "a sound of ndarray int16 (960, 0); it must be"),
+        (Sound(np.zeros((960, 1), np.int16), 48, 0.0), "a sound whose rate of 48 Hz is out of range (4000 to 384000)"),
+    ],
+)
+def test_what_is_no_sound_is_told_with_its_shape_and_line(sound: Any, said: str) -> None:
+    with pytest.raises(MosaicError) as caught:
+        take_sounds(Humming(sound), 1)
+    place = f"{__file__}:{Humming.sounds.__code__.co_firstlineno + 1}"
+    assert caught.value.message.startswith(f"Humming ({place}) sends {said}")

@@ -26,6 +26,7 @@ from mosaic_core import (
     MosaicError,
     NoParams,
     Sender,
+    Sound,
 )
 from mosaic_core.laboratory.networks import WebRtcNetwork
 from mosaic_core.messages import BatteryState, JointState, JointTarget
@@ -238,7 +239,7 @@ class Eye(MediaTrackHandler):
 class Ear(AudioTrackHandler):
     def sounds(self) -> Iterator[Any]:
         for _ in self.every(0.02):
-            yield np.zeros((480, 1), np.int16)
+            yield Sound(np.zeros((480, 1), np.int16), 48_000, self.monotonic_s())
 
 
 class Mouth(AudioReceivable):

@@ -10,6 +10,7 @@ import av
 import numpy as np
 from av.audio.codeccontext import AudioCodecContext
 
+from mosaic_core.contract.declared.sent_sound import sound_mistake
 from mosaic_core.contract.sound import Samples, Sound
 
 RATE_HZ = 48_000
@@ -40,8 +41,7 @@ class SoundEncoder:
         self._start = 0
 
     def encode(self, sound: Sound) -> Iterator[av.Packet[Any]]:
-        """Packets with pts = capture time x 48 kHz. Raises :class:`TypeError` and :class:`ValueError` for what is no
-        sound."""
+        """Packets with pts = capture time x 48 kHz. Raises :class:`TypeError` for what is no sound."""
         samples = checked_samples(sound)
         if len(samples) == 0:
             return
@@ -85,15 +85,10 @@ class SoundEncoder:
 
 
 def checked_samples(sound: Sound) -> Samples:
-    """The samples, of at most two channels."""
-    samples = sound.samples
-    if not isinstance(samples, np.ndarray) or samples.dtype != np.int16 or samples.ndim != 2 or samples.shape[1] < 1:
-        shape = getattr(samples, "shape", type(samples).__name__)
-        message = f"sound must be int16 samples of shape (n, channels), not {getattr(samples, 'dtype', '')} {shape}"
-        raise TypeError(message)
-    if not 4_000 <= sound.rate_hz <= 384_000:
-        raise ValueError(f"a sample rate of {sound.rate_hz} Hz is out of range (4000 to 384000)")
-    return np.ascontiguousarray(samples[:, :2])
+    """The samples, of at most two channels. Raises :class:`TypeError` for what is no sound."""
+    if mistake := sound_mistake(sound):
+        raise TypeError(mistake)
+    return np.ascontiguousarray(sound.samples[:, :2])
 
 
 def _layout(channels: int) -> str:

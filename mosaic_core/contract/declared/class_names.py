@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+from mosaic_core.contract.declared.yielded import caller
+from mosaic_core.words.errors import MosaicError
 
 BODIES: Mapping[str, str] = {
     "messages": "DataChannelSendable", "handle_data": "DataChannelReceivable", "make_safe": "DataChannelReceivable",
@@ -49,6 +51,15 @@ def check_names(cls: type) -> None:
             cure = f"Derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
             raise wrong_declaration(cls, message, cure)
         _check_spelling(cls, name, BODIES if is_called else VALUES)
+
+
+def check_derived(cls: type) -> None:
+    """Refuse an instance of a base itself: what travels is said where a class derives from it."""
+    if not hasattr(cls, "data_type"):
+        place = caller()
+        cure = f"Derive a class of your own: `class Mine({cls.__qualname__}[…])`, and make that."
+        message = f"{place}{': ' if place else ''}{cls.__qualname__} itself does not know what it carries. {cure}"
+        raise MosaicError(message, code="config.broken_plugin", cure=cure)
 
 
 def _check_spelling(cls: type, name: str, words: Iterable[str]) -> None:

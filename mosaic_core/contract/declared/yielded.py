@@ -15,6 +15,8 @@ from mosaic_core.words.errors import MosaicError
 R = TypeVar("R")
 _ONE = (BaseModel, Mapping, str, bytes, bytearray, memoryview)
 """A message: what would be sent of it are its parts."""
+_BETWEEN = ("mosaic_core.contract.", "typing")
+"""Modules between an author's code and what asks whose it is; ``typing`` makes instances of ``Base[T]``."""
 _yielding: ContextVar[object] = ContextVar("_yielding", default=None)
 """The generator whose item is being handed over on this thread, or by this task."""
 
@@ -74,7 +76,7 @@ def caller() -> str:
     """``file:line`` of the code that called the contract: where that is the framework's own, of the ``yield`` whose
     item it hands over; empty where there is none."""
     frame = inspect.currentframe()
-    while frame is not None and frame.f_globals.get("__name__", "").startswith("mosaic_core.contract."):
+    while frame is not None and frame.f_globals.get("__name__", "").startswith(_BETWEEN):
         frame = frame.f_back
     if frame is None or frame.f_globals.get("__name__", "").startswith("mosaic_core."):
         return _line_of(_yielding.get())
