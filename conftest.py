@@ -3,6 +3,7 @@ tests of pairs found becomes the table of `docs/reference/compatibility.md`."""
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import sys
@@ -46,6 +47,18 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> RealPeersScheduling | None:
     return RealPeersScheduling(config, log) if config.getoption("--own-networks") else None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """What is collected stays: the garbage collector looks through half a million objects neither meanwhile nor
+    afterwards, which takes a third of a second each time that a test asks for it."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -1,6 +1,6 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s lint | types | docs | screenshots | dashboard | tests | e2e | bench | mutants | demo
+nox -s lint | checks (types | docs | dashboard) | tests | e2e | screenshots | bench | mutants | demo
 nox -s lock | audit | changelog | build
 """
 
@@ -13,12 +13,13 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import nox
 
 nox.options.default_venv_backend = "none"
-nox.options.sessions = ["lint", "types", "docs", "dashboard", "tests", "e2e"]
+nox.options.sessions = ["lint", "checks", "tests", "e2e"]
 nox.options.stop_on_first_error = True
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -33,6 +34,8 @@ CORES = os.cpu_count() or 1
 WORKERS = 2 * CORES + 1
 """More processes than processors, as half of these tests wait for somebody's patience to end."""
 SIDE_BY_SIDE = ("-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reorder")
+CHECKS = ("dashboard", "types", "docs")
+"""The longest first."""
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
@@ -61,6 +64,27 @@ def e2e(session: nox.Session) -> None:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
     _test(session, "e2e", "--tb=native", files=_with_mark("e2e"))
+
+
+@nox.session
+def checks(session: nox.Session) -> None:
+    """All that runs no test of Python, side by side: TypeScript and mypy keep a processor busy for long, each one. So
+    the tests are read once meanwhile, which compiles them for the processes of `tests`.
+
+    What one of them says is printed where it fails; the others go on to their end."""
+    words = {name: [sys.executable, "-m", "nox", "-s", name] for name in CHECKS}
+    words["reading the tests"] = [PYTHON, "-m", "pytest", "--collect-only", "-qq"]
+    failed = []
+    with ThreadPoolExecutor(len(words)) as side_by_side:
+        runs = {side_by_side.submit(_told, one): name for name, one in words.items()}
+        for run in as_completed(runs):
+            if run.result().returncode != 0:
+                print(run.result().stdout)
+                failed.append(runs[run])
+            print("FAILED" if runs[run] in failed else "ok    ", runs[run], flush=True)
+    if failed:
+        session.error(f"failed: {', '.join(sorted(failed))}")
+    BUILT.add("dashboard")
 
 
 @nox.session
@@ -166,6 +190,11 @@ def lock(session: nox.Session) -> None:
 def demo(session: nox.Session) -> None:
     _build_dashboard(session)
     session.run(PYTHON, "-m", "mosaic_core.cli.main", "demo", *session.posargs, external=True)
+
+
+def _told(words: list[str]) -> subprocess.CompletedProcess[str]:
+    """What it says on both streams, as one text."""
+    return subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
 def _locked(session: nox.Session, lock: str) -> None:

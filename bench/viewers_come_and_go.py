@@ -16,7 +16,7 @@ from pathlib import Path
 
 from glass_bench.dashboard import Server
 from glass_bench.soak import SIZE, Kept, Soaked, counted_robot, soaked
-from processes.mosaic import end_like_ctrl_c, token_once_ready
+from processes.mosaic import end_like_ctrl_c
 from rich.console import Console
 from rich.table import Table
 
@@ -27,7 +27,6 @@ WARM_UP_SHARE = 1 / 3
 async def measure(folder: Path, stack: ExitStack, viewers: int, minutes: float) -> Soaked:
     server = Server(folder, stack)
     robot = stack.enter_context(counted_robot(server.config(SIZE), server.site.robot_log))
-    await token_once_ready(server.site)
     return await soaked(server, robot, viewers, minutes * 60, minutes * 60 * WARM_UP_SHARE)
 
 

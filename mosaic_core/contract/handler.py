@@ -31,9 +31,10 @@ from mosaic_core.contract.declared.class_values import (
     check_widget,
 )
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
+from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.contract.every import Every
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
-from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
+from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_core.contract.message_fields import MessageFields, message_fields
 from mosaic_core.contract.params import Message
@@ -58,8 +59,8 @@ class Handler:
     delivery: ClassVar[Delivery | DeliveryContract] = Delivery.RELIABLE
     """The default of this handler: a mode, or one with bounds of its own; the YAML file's ``delivery`` overrides it."""
     is_for_originals: bool = False
-    """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
-    ``watched`` body of the connector's first handler."""
+    """A channel that only original dashboards know: no operator of ours is told of it. It repeats the handler that
+    ``configure()`` returns before it: whoever opens it wakes the ``watched`` body of that one."""
     is_part: ClassVar[bool] = False
     """It means something only together with the other handlers of its connector: operators see them as one."""
     widget: ClassVar[str | None] = None
@@ -199,6 +200,12 @@ def _declared_by(handler: type) -> DeclaredMessage:
         declared = sent_type_of(handler) if _declares(handler) else None
         found = _DECLARED[handler] = DeclaredMessage(handler, declared)
     return found
+
+
+def why_unsent(handler: Handler, value: Any) -> str:
+    """Which number of it keeps a message from being sent, with class and line; empty where none does."""
+    declared = _declared_by(type(handler))
+    return next((declared.told_of(field) for field in declared.unsent(value)), "")
 
 
 def sent_type_of(handler: type) -> Any:
@@ -423,7 +430,9 @@ class MediaTrackHandler(Handler):
         return ()
 
     def send_frame(self, picture: Picture) -> bool:
-        """Hand over one picture from any thread; ``False`` if nobody watches."""
+        """Hand over one picture from any thread; ``False`` if nobody watches. Raises :class:`MosaicError`
+        (``plugin.wrong_message``) for what is no picture."""
+        check_picture(type(self), picture.image if isinstance(picture, Captured) else picture)
         return self._host.offer(self.label, picture)
 
 

@@ -72,7 +72,8 @@ def _as_text(folder: object) -> object:
 
 class Message(BaseModel):
     """Base of a typed message. Its JSON Schema goes into the catalogue; ``Field(json_schema_extra={"unit": "V"})``
-    or ``unit("V")`` adds the unit that widgets show. Unknown keys are ignored on receipt, NaN is refused.
+    or ``unit("V")`` adds the unit that widgets show. Unknown keys are ignored on receipt, those of a question refused
+    (``extra="allow"`` takes them); NaN is refused.
 
     One that is made of keywords raises :class:`MosaicError` (``plugin.wrong_message``) for a keyword that is no field
     of it. What a device measured may be NaN: of a field that may be absent it is ``None``, and with any other the

@@ -66,7 +66,8 @@ class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
     :class:`~mosaic_core.contract.params.Message` subclasses, ``dict``, or anything else that pydantic reads from JSON.
 
     Whatever holds for the messages of a receiver holds for questions: ``requires_lease``, ``takes_observers``, and the
-    YAML file's ``safety``. With a lease a stop, and the loss of the lease, cancels them.
+    YAML file's ``safety``. With a lease a stop, and the loss of the lease, cancels them. A question with a key that its
+    model does not have is refused.
     """
 
     widget: ClassVar[str | None] = "request"

@@ -9,16 +9,16 @@ import json
 from dataclasses import dataclass, field
 from typing import Any
 
-from pydantic import TypeAdapter
-
+from mosaic_core.contract.declared.declared_answer import DeclaredAnswer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.request_handler import Request, RequestHandler, answer_type_of
-from mosaic_core.runtime.handlers.request_bodies import plain_answer
+from mosaic_core.runtime.handlers.request_bodies import sent_answer
 from mosaic_core.testing.fake_hosts import FakeClock, fake_host
 from mosaic_core.testing.fake_loop import run_on
 from mosaic_core.testing.feed_steps import OPERATOR, RefusedMessage
 from mosaic_core.testing.feeding import Feeder
+from mosaic_core.testing.right_kind import check_has
 from mosaic_core.words.codes import reason
 
 
@@ -46,6 +46,7 @@ def ask(
     clock. ``cancel_after_s``: the operator takes it back so many seconds later; ``answer_within_s`` of the class ends
     it as on a robot. Leases are not asked for here, but by ``joined``. An error other than :class:`Refused` is raised.
     """
+    check_has(handler, "answer")
     host = fake_host(handler)
     begin_s = host.clock.now_s
     answered = Answered()
@@ -105,7 +106,8 @@ class _Asked(Request):
             answer = self._handler.answer(question, self)
         if self.is_cancelled:
             raise Refused(self._code)
-        return plain_answer(TypeAdapter(answer_type_of(type(self._handler))), answer)
+        handler = type(self._handler)
+        return sent_answer(DeclaredAnswer(handler, answer_type_of(handler)), answer)
 
     async def _as_task(self, question: Any) -> Any:
         loop = asyncio.get_running_loop()

@@ -11,6 +11,7 @@ from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.testing.fake_hosts import FakeClock, FakeHost
+from mosaic_core.testing.right_kind import check_configurer
 from mosaic_core.words.errors import ConfigError
 
 Made = TypeVar("Made", covariant=True)
@@ -36,6 +37,7 @@ def build(
     ``params`` and ``safety`` are written as in the YAML file. Raises :class:`ConfigError` with every mistake, as
     ``mosaic validate`` would print it. Devices that live in ``shared`` are opened by ``with shared.entered():``.
     """
+    check_configurer(configurer)
     model = cast("type[Configurer[Any]]", configurer)
     document = YamlDocument({"params": dict(params or {}), "safety": dict(safety or {})})
     valid_params, problems = validated(model.params_model, document.tree["params"], document, ("params",))

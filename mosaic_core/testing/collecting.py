@@ -11,11 +11,18 @@ from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, TypeVar
 
 from mosaic_core.contract.declared.yielded import hand_over, items_of
-from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.contract.handler import (
+    AudioTrackHandler,
+    DataChannelSendable,
+    Handler,
+    MediaTrackHandler,
+    why_unsent,
+)
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
 from mosaic_core.testing.fake_loop import run_on
+from mosaic_core.testing.right_kind import check_has
 
 T = TypeVar("T")
 
@@ -27,21 +34,25 @@ def collect(handler: DataChannelSendable[T], count: int | None = None, *, within
     """The first ``count`` messages that ``messages()`` yields; all of them if ``count`` is ``None``.
 
     Each one is also sent, as the robot would: what is no JSON raises here, ``fake_host(handler).sent`` has the bytes.
-    What is refused, such as a NaN that must not be absent, is not among them; ``losses`` counts it. The body is then
-    closed, so that its ``with`` blocks exit; another ``collect`` starts it anew, as a restart would. Raises
-    :class:`AssertionError` if the body ends early or yields too little ``within_s`` fake seconds, and
-    :class:`MosaicError` (``plugin.wrong_message``) for what the class does not declare.
+    The body is then closed, so that its ``with`` blocks exit; another ``collect`` starts it anew, as a restart would.
+    Raises :class:`AssertionError` if the body ends early or yields too little ``within_s`` fake seconds, or if a robot
+    would have refused a message, for a NaN that must not be absent (``losses`` counts it, and what was good is in
+    ``fake_host(handler).sent_values()``); and :class:`MosaicError` (``plugin.wrong_message``) for what the class does
+    not declare.
     """
+    check_has(handler, "messages")
     return _run(handler, handler.messages, handler.send, count, within_s, "messages")
 
 
 def take_frames(handler: MediaTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Picture]:
     """The first ``count`` pictures that ``frames()`` yields; the rest is as in :func:`collect`."""
+    check_has(handler, "frames")
     return _run(handler, handler.frames, handler.send_frame, count, within_s, "frames")
 
 
 def take_sounds(handler: AudioTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Sound]:
     """The first ``count`` pieces that ``sounds()`` yields; the rest is as in :func:`collect`."""
+    check_has(handler, "sounds")
     return _run(handler, handler.sounds, handler.send_sound, count, within_s, "sounds")
 
 
@@ -57,15 +68,13 @@ def _run(
     host.arm()
     host.stop_at_s = host.clock.now_s + within_s
     taken: list[Any] = []
-
-    refused = 0
+    refused: list[str] = []
 
     def take(item: Any) -> bool:
-        nonlocal refused
         before = host.losses["refused"]
         consume(item)
         if host.losses["refused"] > before:
-            refused += 1
+            refused.append(why_unsent(handler, item))
             return False
         taken.append(item)
         return len(taken) == count
@@ -78,9 +87,11 @@ def _run(
     finally:
         host.stop()
         host.stop_at_s = float("inf")
+    if refused:
+        what = f"{len(refused)} of {len(taken) + len(refused)} {noun} would be refused on a robot"
+        raise AssertionError(f"{handler.label}: {what}: {refused[0]}")
     if count is not None and len(taken) < count:
-        why = f"; refused: {refused}, the log says why" if refused else ""
-        raise AssertionError(f"{handler.label}: {len(taken)} of {count} {noun} within {within_s:g} s of fake time{why}")
+        raise AssertionError(f"{handler.label}: {len(taken)} of {count} {noun} within {within_s:g} s of fake time")
     return taken
 
 

@@ -45,6 +45,7 @@ from mosaic_core.testing.feed_steps import (
     Step,
     Stopped,
 )
+from mosaic_core.testing.right_kind import check_has, check_script
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.safety_config import SafePolicy
 
@@ -57,6 +58,8 @@ def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
     passes and the time-out may strike, as on a robot (there on another thread). An error other than :class:`Refused` is
     raised here: on a robot it would end the handler.
     """
+    check_has(handler, "handle_data")
+    check_script(script)
     feeder = Feeder(handler, fake_host(handler))
     feeder.host.clock.watch(feeder)
     try:

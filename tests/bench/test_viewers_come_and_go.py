@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from glass_bench.dashboard import Server
 from glass_bench.soak import SIZE, Soaked, counted_robot, soaked
-from processes.mosaic import token_once_ready
 
 pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(180)]
 VIEWERS = 3
@@ -23,7 +22,6 @@ def test_operators_who_come_and_go_leave_no_memory_threads_or_tasks(tmp_path: Pa
     async def measured(stack: ExitStack) -> Soaked:
         server = Server(tmp_path, stack)
         robot = stack.enter_context(counted_robot(server.config(SIZE), server.site.robot_log))
-        await token_once_ready(server.site)
         return await soaked(server, robot, VIEWERS, SOAK_S, WARM_UP_S)
 
     # On a thread of its own: a browser of another test may occupy this one's event loop.

@@ -24,7 +24,7 @@ OURS = [one for one in ALL if one.program == "mosaic"]
 PROGRAMS = {
     "belongs to the reader's shell": ". cd export source",
     "reads files of the reader's": "cat echo less sha256sum gh python",
-    "changes or asks the machine": "sudo timedatectl journalctl",
+    "changes or asks the machine": "sudo timedatectl journalctl ls",
     "makes an environment": "python3 python3.11",
     "installs: `nox -s build` does, each distribution alone": "pip",
     "installs: tests/e2e/simulated_robot/test_own_page.py does": "npm",
@@ -32,7 +32,7 @@ PROGRAMS = {
     "runs tests": "nox pytest",
     "needs the reader's server": "curl jq",
     "needs ROS 2": "ros2",
-    "needs a board": "i2cdetect vcgencmd rpicam-vid gst-launch-1.0",
+    "needs a board or a camera": "v4l2-ctl i2cdetect vcgencmd rpicam-vid gst-launch-1.0",
 }
 """Why nobody runs them here, and which programs of other people's."""
 KNOWN = {name for names in PROGRAMS.values() for name in names.split()}

@@ -6,13 +6,12 @@ import ast
 import importlib
 import inspect
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.built_site import built_site
 
 ROOT = Path(__file__).parents[2]
 PUBLIC = {
@@ -56,11 +55,7 @@ def fields_without_words(value: type) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def site() -> Path:
-    done = subprocess.run(
-        [sys.executable, ROOT / "docs" / "build_site.py"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return ROOT / "site"
+    return built_site()
 
 
 def test_every_public_name_has_words() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -10,7 +11,7 @@ import httpx
 import pytest
 from playwright.sync_api import Locator, Page, Route, expect
 from support.accessibility import Examination
-from support.people import SIGN_IN, Tabs, access_token, wait_connected
+from support.people import SIGN_IN, Tabs, access_token, photographed, wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(240)]
 
@@ -216,6 +217,13 @@ def test_the_page_of_a_robot(
     page.get_by_test_id("stop").click()
     page.get_by_test_id("stopped-banner").wait_for()
     examined.look("stopped")
+    robot.process.send_signal(signal.SIGSTOP)
+    try:
+        page.locator("[data-away]").first.wait_for(state="attached")
+        examined.look("the robot is away")
+        photographed(page, "robot-away")
+    finally:
+        robot.process.send_signal(signal.SIGCONT)
 
 
 def test_the_dialogs_of_a_robot(

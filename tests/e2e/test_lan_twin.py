@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 from support.processes import free_port, mosaic_here
 from support.robot_process import RobotProcess
 
@@ -72,12 +71,6 @@ def page(browser: Browser) -> Iterator[Page]:
     context.close()
 
 
-def shot(page: Page, name: str) -> None:
-    folder = os.environ.get("MOSAIC_SCREENSHOTS")
-    if folder:
-        page.screenshot(path=str(Path(folder) / f"{name}.png"))
-
-
 def drive(page: Page, robot: LanRobot, wait_for: Callable[..., float]) -> None:
     """Hold a key until the robot has turned away from what the camera saw."""
     wait_connected(page)
@@ -117,7 +110,7 @@ def test_the_pin_pairs_a_browser_which_drives_and_stays_paired_until_it_is_revok
     offer = robot.offer()
     page.goto(offer["urls"][0])
     page.get_by_role("heading", name="Pair with Rover").wait_for()
-    shot(page, "lan-pin")
+    photographed(page, "lan-pin")
     page.get_by_role("textbox", name="PIN").fill("0000 0000" if offer["pin"] != "00000000" else "1111 1111")
     page.get_by_role("button", name="Pair", exact=True).click()
     expect(page.get_by_role("alert")).to_contain_text("wrong")
@@ -127,7 +120,7 @@ def test_the_pin_pairs_a_browser_which_drives_and_stays_paired_until_it_is_revok
     page.get_by_role("heading", name="Robots").wait_for()
     page.get_by_text("Rover").first.click()
     drive(page, robot, wait_for)
-    shot(page, "lan-driving")
+    photographed(page, "lan-driving")
     copy_from_plain_http(page)
     page.reload()
     wait_connected(page)

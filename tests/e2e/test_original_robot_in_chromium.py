@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -15,7 +14,7 @@ import httpx
 import pytest
 from playwright.sync_api import Locator, Page, expect
 from support.accessibility import Examination
-from support.people import Tabs, wait_connected
+from support.people import Tabs, photographed, wait_connected
 
 sys.path.insert(0, str(Path(__file__).parent))
 from original_robot import READY, OriginalRobot
@@ -74,16 +73,12 @@ def open_robot(page: Page, server: Any, seed: Any) -> None:
     wait_connected(page)
 
 
-def shot(page: Page, name: str, tmp_path: Path) -> None:
-    page.screenshot(path=str(Path(os.environ.get("MOSAIC_SCREENSHOTS", str(tmp_path))) / f"{name}.png"))
-
-
 def test_an_original_robot_is_described_by_its_yaml_file_and_then_driven_and_watched(
-    page: Page, original: OriginalRobot, server: Any, seed: Any, wait_for: Callable[..., float], tmp_path: Path
+    page: Page, original: OriginalRobot, server: Any, seed: Any, wait_for: Callable[..., float]
 ) -> None:
     open_robot(page, server, seed)
     page.get_by_role("heading", name="This robot does not say what it has").wait_for()
-    shot(page, "not-described", tmp_path)
+    photographed(page, "not-described")
     stop = page.get_by_role("button", name="Stop the robot")
     expect(stop).to_contain_text("No stop")
     stop.click()
@@ -94,12 +89,12 @@ def test_an_original_robot_is_described_by_its_yaml_file_and_then_driven_and_wat
     examined.look("not described yet")
     page.get_by_label("The robot’s YAML file").fill(YAML)
     expect(page.get_by_role("list", name="Connectors in the file").get_by_role("listitem")).to_have_count(5)
-    shot(page, "yaml-read", tmp_path)
+    photographed(page, "yaml-read")
     examined.look("described by a file")
     page.get_by_role("button", name="Add 5 connectors").click()
     page.get_by_role("application", name="Drive pad").wait_for()
     see_all(page)
-    shot(page, "described", tmp_path)
+    photographed(page, "described")
     examined.look("described")
     examined.expect_nothing()
 
@@ -113,7 +108,7 @@ def test_an_original_robot_is_described_by_its_yaml_file_and_then_driven_and_wat
     expect(page.get_by_test_id("stopped-banner")).to_contain_text("zeros were sent to ‘cmd_vel’")
     wait_for(lambda: len(original.commands("cmd_vel")) > seen, "zeros arrive")
     assert set(map(json.dumps, original.commands("cmd_vel")[seen:])) == {json.dumps(ZERO)}
-    shot(page, "stopped", tmp_path)
+    photographed(page, "stopped")
     stored = page.evaluate("() => Object.values(localStorage).join()")
     assert "a-secret-word" not in stored
 
@@ -182,7 +177,7 @@ def put_description(server: Any, seed: Any, config: str | None) -> None:
         assert http.put(path, json={"connectorConfig": config}).is_success
 
 
-def test_a_label_that_nobody_knows_is_tried_and_found_out(page: Page, server: Any, seed: Any, tmp_path: Path) -> None:
+def test_a_label_that_nobody_knows_is_tried_and_found_out(page: Page, server: Any, seed: Any) -> None:
     forget_description(server, seed)
     open_robot(page, server, seed)
     page.get_by_role("heading", name="This robot does not say what it has").wait_for()
@@ -192,7 +187,7 @@ def test_a_label_that_nobody_knows_is_tried_and_found_out(page: Page, server: An
     form.get_by_role("button", name="Try this label").click()
     expect(form.get_by_role("status")).to_contain_text("JSON from the robot")
     expect(form.get_by_role("status")).to_contain_text("71.5")
-    shot(page, "tried", tmp_path)
+    photographed(page, "tried")
     form.get_by_role("button", name="Add", exact=True).click()
     expect(card(page, "engine")).to_contain_text("71.5")
     page.get_by_role("button", name="Change what it has").click()

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 from support.processes import free_port, mosaic_here
 from support.robot_process import RobotProcess, write_config
 
@@ -146,12 +146,6 @@ def page(browser: Browser) -> Iterator[Page]:
     assert refused == []
 
 
-def shot(page: Page, name: str) -> None:
-    folder = os.environ.get("MOSAIC_SCREENSHOTS")
-    if folder:
-        page.screenshot(path=str(Path(folder) / f"{name}.png"))
-
-
 def test_a_plugins_widget_lives_in_the_page_and_fails_in_its_card(site: Site, page: Page) -> None:
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
@@ -173,7 +167,7 @@ def test_a_plugins_widget_lives_in_the_page_and_fails_in_its_card(site: Site, pa
         failure = fickle.get_by_role("status")
         expect(failure).to_contain_text("Fickle (acme-trouble 3.1.4) failed")
         expect(failure).to_contain_text(words)
-        shot(page, f"plugin-widget-failed-in-{where}")
+        photographed(page, f"plugin-widget-failed-in-{where}")
         fickle.get_by_role("button", name="Try again").click()
         expect(fickle.get_by_text("I am fickle")).to_be_visible()
 
@@ -196,5 +190,5 @@ def test_a_server_without_the_plugin_says_so_and_shows_the_stock_widget(
     expect(thermometer).to_contain_text("ThermometerPanel of acme-workbench 1.2.0 can’t be shown")
     expect(thermometer).to_contain_text("The server does not have this plugin")
     expect(thermometer.get_by_role("definition")).to_contain_text("°C")  # the stock widget, in its place
-    shot(page, "plugin-widget-not-installed")
+    photographed(page, "plugin-widget-not-installed")
     assert not [url for url in asked if "/widgets/" in url]

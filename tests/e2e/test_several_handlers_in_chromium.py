@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, expect
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 from support.robot_process import RobotProcess, write_config
 
 from mosaic_core.testing.distributions import write_distribution
@@ -53,7 +53,7 @@ def robot(server: Any, seed: Any, tmp_path: Path) -> Iterator[RobotProcess]:
 
 @pytest.mark.usefixtures("robot")
 def test_each_of_two_cameras_and_a_light_of_one_connector_has_its_own_card(
-    browser: Browser, server: Any, seed: Any, sign_in: Any, tmp_path: Path
+    browser: Browser, server: Any, seed: Any, sign_in: Any
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     page = context.new_page()
@@ -73,5 +73,5 @@ def test_each_of_two_cameras_and_a_light_of_one_connector_has_its_own_card(
         expect(messages).to_have_text(re.compile("^[1-9]"), timeout=20_000)
         page.get_by_role("heading", name=label, exact=True).click()  # not Escape: twice that is a stop
     expect(page.get_by_role("region", name=re.compile("^scope_light:"))).to_be_visible()
-    page.screenshot(path=os.environ.get("MOSAIC_SCREENSHOT", str(tmp_path / "several_handlers.png")))
+    photographed(page, "several-handlers")
     context.close()

@@ -5,7 +5,6 @@ its own label, many viewers cost one encoder, and who comes late sees a picture 
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import sys
@@ -19,6 +18,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.people import photographed
 from support.processes import Process
 from support.robot_process import write_config
 
@@ -54,13 +54,6 @@ KEPT = """(label) => {
   return { shape: canvas.width / canvas.height, isDrawn: new Set(data).size > 2 }
 }"""
 """The shape of the picture that was kept, and whether it shows anything."""
-PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
-"""A folder for screenshots, for whoever wants to see the pages."""
-
-
-def photographed(page: Page, name: str) -> None:
-    if PICTURES:
-        page.screenshot(path=Path(PICTURES) / f"{name}.png")
 
 
 class CountedRobot(Process):

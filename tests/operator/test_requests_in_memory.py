@@ -124,6 +124,35 @@ async def test_a_question_is_answered_to_whoever_asked_alone() -> None:
         assert [json.loads(one)["answer"] for one in heard] == [{"total": 5.0}]
 
 
+async def test_a_misspelt_key_beside_the_question_is_refused_with_the_nearest() -> None:
+    async with joined(*CONNECTORS) as link:
+        with pytest.raises(RequestRefused, match=r"^no field 'number': did you mean 'numbers'\?$") as refused:
+            await link.connection.request("adder", {"numbers": [1], "number": 3})
+        assert refused.value.code == "channel.invalid"
+
+
+class Forgetful(Adder):
+    def answer(self, question: Sum, request: Request) -> Total:
+        return None  # type: ignore[return-value]
+
+
+class ForgetfulConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Forgetful:
+        return Forgetful(self.label)
+
+
+async def test_an_answer_that_the_class_does_not_declare_is_told_with_class_and_line(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with joined(connector(ForgetfulConfigurer, label="adder")) as link:
+        with pytest.raises(RequestRefused) as refused:
+            await link.connection.request("adder", {"numbers": [1]})
+        assert refused.value.code == "request.failed"
+    (told,) = [one for one in caplog.messages if "could not answer" in one]
+    assert f"Forgetful.answer ({__file__}:{Forgetful.answer.__code__.co_firstlineno}) declares Total" in told
+    assert "pydantic" not in told
+
+
 async def test_a_question_alone_is_answered_without_a_number() -> None:
     async with joined(*CONNECTORS) as link:
         store = link.connection.bidirectional("adder")

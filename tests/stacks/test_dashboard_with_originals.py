@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import re
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
-from support.people import Driver, Tabs
+from support.people import Driver, Tabs, photographed
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
 OURS = "our dashboard"
-PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
-"""A folder for screenshots, for whoever wants to see the pages."""
 ROBOT_FILE = """\
 connectors:
   - { type: opencv-sender-camera, label: front, params: { fps: 20 } }
@@ -78,11 +74,6 @@ def described(server: Any, seed: Any, rest_of: Any) -> Callable[[str], None]:
 
 def card(page: Page, label: str) -> Any:
     return page.locator(f"section[data-label='{label}']")
-
-
-def photographed(page: Page, name: str) -> None:
-    if PICTURES:
-        page.screenshot(path=Path(PICTURES) / f"{name}.png")
 
 
 def sees_data(page: Page) -> None:

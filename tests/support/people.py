@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -33,6 +35,12 @@ def wait_connected(page: Page) -> None:
     page.wait_for_function(
         "() => document.querySelector('[data-testid=connection] [role=status]')?.textContent === 'Connected'"
     )
+
+
+def photographed(page: Page, name: str) -> None:
+    """Keep what the page shows now for somebody to look at, where `MOSAIC_E2E_PICTURES` names a folder."""
+    if folder := os.environ.get("MOSAIC_E2E_PICTURES"):
+        page.screenshot(path=Path(folder) / f"{name}.png")
 
 
 @dataclass

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import socket
 import time
 from collections.abc import AsyncIterator
+from typing import Any
 
 import pytest
+from pydantic import BaseModel, ConfigDict, Field
 
 from mosaic_core import (
     DataChannelConfigurer,
     DataChannelReceivable,
     DataChannelSendable,
     Message,
+    MosaicError,
     NoParams,
     Refused,
     Request,
@@ -102,13 +106,78 @@ def test_the_body_may_refuse() -> None:
     assert ask(Scale("scale"), {"seconds": -1}).refused == RefusedMessage(0.0, "scale.time", "time runs forward")
 
 
-def test_an_answer_that_is_not_what_the_class_says_fails_the_test() -> None:
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (None, "declares Weight and answers NoneType (answer: "),
+        ({"grams": 1}, "declares Weight and answers dict (kilograms: Field required; of: Field required)"),
+        ({"kilograms": math.nan, "of": "Alice"}, "declares Weight and answers dict (answer: Value error, kilograms is"),
+        (Weight(kilograms=math.nan, of="Alice"), "answers 'kilograms', which is no finite number and not declared as"),
+    ],
+)
+def test_an_answer_that_is_not_what_the_class_says_is_told_with_class_line_and_field(answer: Any, said: str) -> None:
     class Broken(RequestHandler[Weigh, Weight]):
         def answer(self, question: Weigh, request: Request) -> Weight:
-            return {"grams": 1}  # type: ignore[return-value]
+            return answer  # type: ignore[no-any-return]
 
-    with pytest.raises(ValueError, match="kilograms"):
+    with pytest.raises(MosaicError) as caught:
         ask(Broken("broken"), {"seconds": 1})
+    place = f"{__file__}:{Broken.answer.__code__.co_firstlineno}"
+    assert caught.value.message.startswith(f"{Broken.__qualname__}.answer ({place}) {said}")
+    assert caught.value.code == "plugin.wrong_message"
+
+
+def test_a_number_of_an_answer_that_may_be_absent_is_null() -> None:
+    class Perhaps(Message):
+        kilograms: float | None
+
+    class Doubtful(RequestHandler[Weigh, dict[str, Perhaps]]):
+        def answer(self, question: Weigh, request: Request) -> dict[str, Perhaps]:
+            perhaps = Perhaps(kilograms=1.0)
+            perhaps.kilograms = math.nan
+            return {"left": perhaps}
+
+    assert ask(Doubtful("doubtful"), {"seconds": 1}).answer == {"left": {"kilograms": None}}
+
+
+class Spot(Message):
+    x_m: float = 0.0
+
+
+class Kept(BaseModel):
+    model_config = ConfigDict(extra="allow")
+
+
+class Way(Message):
+    folder: str = Field(default=".", validation_alias="in")
+    spots: list[Spot] = Field(default=[])
+    notes: dict[str, Any] = Field(default={})
+    kept: Kept = Kept()
+
+
+class Guide(RequestHandler[Way, dict[str, Any]]):
+    def answer(self, question: Way, request: Request) -> dict[str, Any]:
+        return question.kept.model_dump()
+
+
+@pytest.mark.parametrize(
+    ("question", "said"),
+    [
+        ({"spotss": []}, "no field 'spotss': did you mean 'spots'?"),
+        ({"spots": [{"x_m": 1}, {"x_mm": 1}]}, "no field 'x_mm': did you mean 'x_m'?"),
+        ({"zzz": 1}, "no field 'zzz'"),
+        ({"spots": 3, "ni": "maps"}, "spots: Input should be a valid list; no field 'ni'"),
+        ({"folder": "maps"}, "no field 'folder'"),
+        ({"x" * 999: 1}, f"no field '{'x' * 40}'"),
+    ],
+)
+def test_a_misspelt_key_of_a_question_is_refused_with_the_nearest(question: dict[str, Any], said: str) -> None:
+    assert ask(Guide("guide"), question).refused == RefusedMessage(0.0, "channel.invalid", said)
+
+
+def test_keys_that_a_question_keeps_are_taken() -> None:
+    asked = ask(Guide("guide"), {"in": "maps", "notes": {"any": 1}, "kept": {"of": "its author"}})
+    assert (asked.refused, asked.answer) == (None, {"of": "its author"})
 
 
 def test_an_error_of_the_body_reaches_the_test(scale: Scale, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,7 +95,7 @@ class EchoConfigurer(DataChannelConfigurer[NoParams]):
 class Eye(MediaTrackHandler):
     def frames(self) -> Iterator[Any]:
         for number in self.every(0.02):
-            yield Captured(f"picture {number}", 5.0)  # type: ignore[arg-type]
+            yield Captured(np.full((4, 6), number % 200, np.uint8), 5.0)
 
 
 class EyeConfigurer(MediaTrackConfigurer[NoParams]):
@@ -162,7 +162,7 @@ async def test_pictures_arrive_as_they_were_yielded() -> None:
     async with joined(connector(EyeConfigurer, label="front")) as link:
         frame: Any = await link.connection.media("front").next_frame()
         assert isinstance(frame, MemoryFrame)
-        assert frame.image.startswith("picture ")
+        assert frame.image.shape == (4, 6)
         assert frame.captured_at_s == 5.0
 
 
@@ -205,7 +205,7 @@ def test_a_picture_in_memory_answers_as_one_of_pyav_and_is_a_copy() -> None:
     ("image", "message"),
     [
         ("text", "uint8 .* not str"),
-        (np.zeros((6, 8, 3)), "uint8 .* not float64"),
+        (np.zeros((6, 8, 3)), "uint8 .* not ndarray float64"),
         (av.Packet(b"x"), "encoded already is decoded by a real operator only"),
     ],
 )

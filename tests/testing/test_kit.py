@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
@@ -10,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import Field
 
@@ -24,6 +26,8 @@ from mosaic_core import (
     Message,
     Params,
     Refused,
+    Request,
+    RequestHandler,
     Sender,
     Shared,
 )
@@ -36,11 +40,13 @@ from mosaic_core.testing import (
     MadeSafe,
     RefusedMessage,
     Silence,
+    ask,
     build,
     collect,
     fake_host,
     feed,
     take_frames,
+    take_sounds,
 )
 from mosaic_core.testing.distributions import forget_modules_of, write_distribution
 from mosaic_core.testing.pytest_plugin import InstallDistribution
@@ -159,17 +165,35 @@ def test_a_message_that_is_no_json_fails_where_it_is_collected() -> None:
         collect(Broken("broken"), 1)
 
 
-def test_a_message_with_nan_is_refused_and_counted_as_on_the_robot() -> None:
-    class Broken(DataChannelSendable[dict[str, Any]]):
-        def messages(self) -> Iterator[dict[str, Any]]:
-            yield {"x": float("nan")}
+class Level(Message):
+    percent: float
 
-    broken = Broken("broken")
-    assert not collect(broken)
-    with pytest.raises(AssertionError, match=r"0 of 1 messages .*; refused: 1, the log says why"):
-        collect(broken, 1)
-    assert not fake_host(broken).sent
-    assert fake_host(broken).losses == {"refused": 2}
+
+class Doubtful(DataChannelSendable[Level]):
+    def messages(self) -> Iterator[Level]:
+        for percent in (1.0, math.nan, 3.0):
+            yield Level(percent=percent)
+
+
+class DoubtfulTask(DataChannelSendable[Level]):
+    async def messages(self) -> AsyncIterator[Level]:
+        for percent in (1.0, math.nan, 3.0):
+            yield Level(percent=percent)
+
+
+@pytest.mark.parametrize("kind", [Doubtful, DoubtfulTask])
+@pytest.mark.parametrize("count", [None, 2, 3])
+def test_a_message_with_nan_between_good_ones_fails_the_test_with_its_field_and_line(kind: Any, count: Any) -> None:
+    doubtful = kind("gauge")
+    with pytest.raises(AssertionError) as caught:
+        collect(doubtful, count)
+    place = f"{__file__}:{kind.messages.__code__.co_firstlineno + 2}"
+    why = "which is no finite number and not declared as `float | None`"
+    told = f"gauge: 1 of 3 messages would be refused on a robot: {kind.__name__} ({place}) sends 'percent', {why}"
+    assert str(caught.value) == told
+    assert fake_host(doubtful).sent_values() == [{"percent": 1.0}, {"percent": 3.0}]
+    assert fake_host(doubtful).losses == {"refused": 1}
+    assert collect(doubtful, 1) == [Level(percent=1.0)], "it came before"
 
 
 def test_params_are_checked_as_in_the_file() -> None:
@@ -245,15 +269,17 @@ def test_frames_are_taken() -> None:
     class Pattern(MediaTrackHandler):
         def frames(self) -> Iterator[Any]:
             for index in self.every(0.1):
-                yield f"picture {index}"
+                yield np.full((4, 6), index, np.uint8)
 
     class PatternConfigurer(MediaTrackConfigurer[Params]):
         def configure(self) -> Pattern:
             return Pattern(self.label)
 
     pattern = build(PatternConfigurer)
-    assert take_frames(pattern, 2) == ["picture 0", "picture 1"]
-    assert fake_host(pattern).pictures == ["picture 0", "picture 1"]
+    first, second = take_frames(pattern, 2)
+    assert isinstance(second, np.ndarray)
+    assert (second == 1).all()
+    assert fake_host(pattern).pictures == [first, second]
 
 
 def test_a_configurer_may_make_several_handlers_on_one_clock() -> None:
@@ -325,3 +351,54 @@ def test_a_package_that_lies_elsewhere_too_is_kept(tmp_path: Path, monkeypatch: 
     forget_modules_of(tmp_path / "theirs")
     assert {name for name in sys.modules if name.startswith("acme_both")} == {"acme_both", "acme_both.ours"}
     forget_modules_of(tmp_path)
+
+
+class Answering(RequestHandler[Level, Level]):
+    def answer(self, question: Level, request: Request) -> Level:
+        return question
+
+
+class BothConfigurer(Configurer[Params]):
+    def configure(self) -> list[Any]:
+        return [Answering("answers"), Doubtful("gauge")]
+
+
+@pytest.mark.parametrize(
+    ("function", "handler", "said"),
+    [
+        (
+            collect,
+            Answering("it"),
+            "tests a handler that has `messages`, and Answering has none: it is tested by `ask`",
+        ),
+        (ask, Doubtful("it"), "tests a handler that has `answer`, and Doubtful has none: it is tested by `collect`"),
+        (take_sounds, MediaTrackHandler("it"), "has none: it is tested by `take_frames`"),
+        (feed, MediaTrackHandler("it"), "has none: it is tested by `take_frames`"),
+        (collect, Doubtful, "`collect` tests a handler, not a class: write `build(…)` of its configurer"),
+        (collect, None, "`collect` tests a handler that has `messages`, and NoneType has none"),
+    ],
+)
+def test_whoever_gives_another_kind_of_handler_is_told_what_tests_it(function: Any, handler: Any, said: str) -> None:
+    with pytest.raises(TypeError) as caught:
+        function(handler, [])
+    assert str(caught.value).endswith(said)
+
+
+def test_one_of_several_handlers_is_tested() -> None:
+    several = r"^`collect` tests one handler, and `configure\(\)` made several \(Answering, Doubtful\)"
+    with pytest.raises(TypeError, match=rf"{several}: write `build\(…\)\[1\]`$"):
+        collect(build(BothConfigurer), 1)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"made several \(Answering, Doubtful\), and none of them has `frames`$"):
+        take_frames(build(BothConfigurer), 1)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("given", [Doubtful, BothConfigurer("it", Params())])
+def test_what_is_built_is_a_configurer(given: Any) -> None:
+    with pytest.raises(TypeError, match=r"takes the class of a configurer, .* not (Doubtful|an instance of Both)"):
+        build(given)
+
+
+@pytest.mark.parametrize("script", [{"percent": 1}, Level(percent=1), '{"percent": 1}'])
+def test_a_script_is_a_list_also_of_one_message(script: Any) -> None:
+    with pytest.raises(TypeError, match=r"not a (dict|Level|str): write `\[…\]` around it"):
+        feed(Answering("it"), script)

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, pts_of
+from mosaic_core.contract.declared.sent_picture import TAKEN, picture_cure
+from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.contract.media import Image
 
 Pixels: TypeAlias = NDArray[np.uint8]
@@ -108,18 +110,15 @@ def _i420_of_frame(frame: av.VideoFrame) -> Pixels:
 
 def _checked(image: object) -> Pixels:
     """``image`` if it is a picture; raises :class:`TypeError`."""
-    if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3):
-        raise TypeError(f"a picture is uint8 (height, width, 3) in BGR order or (height, width), not {_kind(image)}")
-    if image.ndim == 3 and image.shape[2] != 3:
-        raise TypeError(f"a colour picture has 3 channels in BGR order, not {image.shape[2]}")
-    return image
+    cure = picture_cure(image)
+    if cure is not None:
+        raise TypeError(f"{TAKEN}, not {kind_of(image)}. {cure}")
+    return cast(Pixels, image)
 
 
 def _i420_of_image(unchecked: object) -> Pixels:
     image = _checked(unchecked)
     height, width = image.shape[0] & ~1, image.shape[1] & ~1
-    if height < 2 or width < 2:
-        raise TypeError(f"a picture needs at least 2 x 2 pixels, not {image.shape[1]} x {image.shape[0]}")
     cropped = image[:height, :width]
     if image.ndim == 3:
         return cast(Pixels, cv2.cvtColor(np.ascontiguousarray(cropped), cv2.COLOR_BGR2YUV_I420))
@@ -127,7 +126,3 @@ def _i420_of_image(unchecked: object) -> Pixels:
     # COLOR_BGR2YUV_I420 makes limited-range luma (16-235) as BT.601 wants it; gray must match.
     pixels[:height] = cv2.convertScaleAbs(cropped, alpha=219 / 255, beta=16)
     return pixels
-
-
-def _kind(value: object) -> str:
-    return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__

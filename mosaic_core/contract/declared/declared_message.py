@@ -74,8 +74,7 @@ class DeclaredMessage:
                 return to_json(plain)
             except ValueError:  # a number that JSON does not know
                 pass
-        numbers = value.model_dump(warnings=False) if isinstance(value, BaseModel) else plain
-        refused = finite(numbers, self._schema)[1]
+        refused = self.unsent(value)
         self._tell(label, refused)
         if refused:
             return None
@@ -84,17 +83,24 @@ class DeclaredMessage:
             self._validate(value, nulled, type(value))
         return to_json(nulled)
 
+    def unsent(self, value: JsonMessage) -> tuple[str, ...]:
+        """The fields because of which it must not be sent: they are no finite number, and may not be absent."""
+        numbers = value.model_dump(warnings=False) if isinstance(value, BaseModel) else value
+        return finite(numbers, self._schema)[1]
+
+    def told_of(self, field: str) -> str:
+        """What is wrong with such a field, with class and line."""
+        place = caller() or self._place
+        why = "which is no finite number and not declared as `float | None`"
+        return f"{self._handler.__qualname__} ({place}) sends {field!r}, {why}"
+
     def _tell(self, label: str, refused: tuple[str, ...]) -> None:
         for field in refused:
             if (label, field) not in self._told and len(self._told) < MAX_TOLD:
                 self._told.add((label, field))
-                place = caller() or self._place
-                text = (
-                    "connector %r: %s (%s) sends %r, which is no finite number and not declared as `float | None`: "
-                    "refused (plugin.wrong_message)"
-                )
                 fields = {"label": label, "code": "plugin.wrong_message"}
-                logger.warning(text, label, self._handler.__qualname__, place, field, extra=fields)
+                text = "connector %r: %s: refused (plugin.wrong_message)"
+                logger.warning(text, label, self.told_of(field), extra=fields)
 
     @cached_property
     def _schema(self) -> dict[str, Any] | None:

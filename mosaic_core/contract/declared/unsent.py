@@ -4,12 +4,13 @@ know."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, get_args
 
-from pydantic import AliasChoices, BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from mosaic_core.contract.declared.nested_models import names_of
 from mosaic_core.contract.declared.yielded import caller
 from mosaic_core.words.errors import MosaicError, hint_at
 
@@ -44,15 +45,6 @@ def may_be_none(field: FieldInfo | None) -> bool:
 
 def _is_absent(model: type[BaseModel], key: str, value: Any) -> bool:
     return isinstance(value, float) and not math.isfinite(value) and may_be_none(model.model_fields.get(key))
-
-
-def names_of(model: type[BaseModel]) -> Iterator[str]:
-    """What its fields are called where a message is read: by name and by alias."""
-    for name, field in model.model_fields.items():
-        yield name
-        alias = field.validation_alias
-        choices = alias.choices if isinstance(alias, AliasChoices) else [alias]
-        yield from (one for one in choices if isinstance(one, str))
 
 
 def _is_not_finite(value: Any) -> bool:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from pydantic import BaseModel, PydanticUserError, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
-from mosaic_core.contract.declared.unsent import names_of
+from mosaic_core.contract.declared.nested_models import models_at, names_of
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
+from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.runtime.configuration.config_problems import known_keys
 from mosaic_core.words.errors import nearest
 
 MAX_KEY = 40
@@ -28,12 +32,14 @@ def _not_finite(text: str) -> float:
 
 
 class PayloadReader:
-    """Reads the payloads of one receiver."""
+    """Reads the payloads of one receiver. What a command says beside its fields is for who knows more, and ignored; of
+    a question it is misspelt, and the answer would be to another one: it is refused."""
 
     def __init__(self, handler: DataChannelReceivable[Any]) -> None:
         self._type = message_type_of(type(handler))
         is_plain = self._type in (str, bytes)
         self._adapter: TypeAdapter[Any] | None = None if is_plain else TypeAdapter(self._type)
+        self._is_strict = isinstance(handler, RequestHandler)
 
     def read(self, payload: bytes) -> Any:
         """The value; raises :class:`Refused` with ``channel.invalid`` or ``safety.not_finite``."""
@@ -71,23 +77,37 @@ class PayloadReader:
         if self._adapter is None:
             return value
         try:
-            return self._adapter.validate_python(value)
+            return self._adapter.validate_python(value, extra="forbid" if self._is_strict else None)
         except ValidationError as error:
-            raise Refused("channel.invalid", _in_words(error) + self._unknown_beside(error, value)) from None
+            mistakes = error.errors(include_url=False, include_input=False, include_context=False)
+        unknown = [one["loc"] for one in mistakes if one["type"] == "extra_forbidden" and not self._is_free(one["loc"])]
+        others = [one for one in mistakes if one["type"] != "extra_forbidden"]
+        if not unknown and not others:  # what its model keeps
+            return self._adapter.validate_python(value)
+        words = [_in_words(others), self._no_field(unknown[0]) if unknown else self._unknown_beside(others, value)]
+        raise Refused("channel.invalid", "; ".join(filter(None, words)))
 
-    def _unknown_beside(self, error: ValidationError, value: Any) -> str:
+    def _is_free(self, loc: tuple[int | str, ...]) -> bool:
+        """Whether the model there keeps keys that it does not know, as its author wrote."""
+        return any(one.model_config.get("extra") == "allow" for one in models_at(self._type, loc[:-1]))
+
+    def _no_field(self, loc: tuple[int | str, ...]) -> str:
+        return _without_field(str(loc[-1]), known_keys(self._type, loc[:-1]))
+
+    def _unknown_beside(self, mistakes: list[ErrorDetails], value: Any) -> str:
         """The first key that is no field, where a field is missing: it was probably meant to be that one."""
-        problems = error.errors(include_url=False, include_input=False, include_context=False)
-        missing = [str(one["loc"][0]) for one in problems if one["type"] == "missing" and len(one["loc"]) == 1]
+        missing = [str(one["loc"][0]) for one in mistakes if one["type"] == "missing" and len(one["loc"]) == 1]
         is_model = isinstance(self._type, type) and issubclass(self._type, BaseModel)
         if not missing or not is_model or not isinstance(value, dict):
             return ""
         known = {*names_of(self._type)}
         unknown = next((key for key in value if key not in known), None)
-        if unknown is None:
-            return ""
-        meant = nearest(unknown[:MAX_KEY], missing)
-        return f"; no field {unknown[:MAX_KEY]!r}" + (f": did you mean '{meant}'?" if meant else "")
+        return _without_field(unknown, missing) if unknown is not None else ""
+
+
+def _without_field(key: str, known: Iterable[str]) -> str:
+    meant = nearest(key[:MAX_KEY], known)
+    return f"no field {key[:MAX_KEY]!r}" + (f": did you mean '{meant}'?" if meant else "")
 
 
 def _unread(error: ValueError | RecursionError) -> str:
@@ -104,8 +124,7 @@ def _check_unicode(value: Any) -> None:
     json.dumps(value, ensure_ascii=False).encode()
 
 
-def _in_words(error: ValidationError) -> str:
+def _in_words(mistakes: list[ErrorDetails]) -> str:
     """At most three mistakes, without quoting the input back."""
-    problems = error.errors(include_url=False, include_input=False, include_context=False)
-    parts = [f"{'.'.join(map(str, item['loc'])) or 'message'}: {item['msg']}" for item in problems[:3]]
+    parts = [f"{'.'.join(map(str, item['loc'])) or 'message'}: {item['msg']}" for item in mistakes[:3]]
     return "; ".join(parts)[:300]

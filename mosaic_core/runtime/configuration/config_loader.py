@@ -98,6 +98,7 @@ class _Checker:
     def __init__(self, document: YamlDocument, resolver: ConnectorResolver) -> None:
         self._document = document
         self._resolver = resolver
+        self._failed_imports: list[BaseException] = []
         self.problems: list[Problem] = []
 
     def structure(self) -> RobotConfig | None:
@@ -141,6 +142,8 @@ class _Checker:
             installed = self._resolver.find(kind)
             configurer = self._resolver.resolve(kind)
         except MosaicError as error:
+            if self._is_told(error.__cause__):
+                return None
             where = (*place, "type")
             self.problems.append(self._document.problem(where, error.message, code=error.code, guess=error.cure))
             return None
@@ -159,6 +162,13 @@ class _Checker:
         if config is None or params is None or safety is None:
             return None
         return CheckedConnector(config, configurer, params, safety, installed, place, self._document)
+
+    def _is_told(self, cause: BaseException | None) -> bool:
+        """Whether another type of the same file was told to fail for it: one mistake is one problem."""
+        if cause is None or any(cause is one for one in self._failed_imports):
+            return cause is not None
+        self._failed_imports.append(cause)
+        return False
 
     def _part(self, model: type[Any], raw: dict[str, Any], place: Place) -> Any:
         key = str(place[-1])

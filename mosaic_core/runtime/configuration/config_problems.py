@@ -4,12 +4,13 @@ expectation, nearest name."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 from pydantic import AliasChoices, BaseModel, SecretStr, ValidationError
 from pydantic_core import ErrorDetails
 
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
+from mosaic_core.contract.declared.nested_models import models_at
 from mosaic_core.runtime.configuration.mistakes.choices import real_place, told_once
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.errors import Problem, guess
@@ -145,9 +146,9 @@ def _nearest_key(loc: tuple[int | str, ...], model: type[BaseModel]) -> str:
     return guess(str(loc[-1]), known, f"known: {', '.join(known)}" if known else "no keys are known here")
 
 
-def known_keys(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:
-    """The keys that the model at ``loc`` below ``model`` takes."""
-    return [name for one in _models_at(model, loc) for name in _names(one)]
+def known_keys(model: Any, loc: tuple[int | str, ...]) -> list[str]:
+    """The keys that the model at ``loc`` below ``model``, or below any other type, takes."""
+    return [name for one in models_at(model, loc) for name in _names(one)]
 
 
 def _names(model: type[BaseModel]) -> Iterator[str]:
@@ -156,31 +157,8 @@ def _names(model: type[BaseModel]) -> Iterator[str]:
         yield str(alias.choices[0]) if isinstance(alias, AliasChoices) else str(alias or name)
 
 
-def _models_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[type[BaseModel]]:
-    """Follow ``loc`` through fields, lists and unions; parts that name no field stay where they are."""
-    here = [model]
-    for part in loc:
-        deeper = [
-            inner
-            for one in here
-            for name, info in one.model_fields.items()
-            if part == name
-            or (isinstance(info.validation_alias, AliasChoices) and part in info.validation_alias.choices)
-            for inner in _models_in(info.annotation)
-        ]
-        here = deeper or here
-    return here
-
-
-def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _models_in(argument)
-
-
 def _description(model: type[BaseModel], loc: tuple[int | str, ...]) -> str:
-    for one in _models_at(model, loc[:-1]):
+    for one in models_at(model, loc[:-1]):
         info = one.model_fields.get(str(loc[-1]))
         if info is not None and info.description:
             return info.description

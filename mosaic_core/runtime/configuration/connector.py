@@ -29,14 +29,22 @@ class HandlerGroup:
 
 def handler_groups(label: str, handlers: Sequence[Handler]) -> tuple[HandlerGroup, ...]:
     """Each handler for itself, under its own label; those that mean something only together as one, under that of the
-    connector, ``label``. What only original dashboards know belongs to the first."""
-    told = [handler for handler in handlers if not handler.is_for_originals]
-    hidden = [handler for handler in handlers if handler.is_for_originals]
+    connector, ``label``. What only original dashboards know belongs to the handler that it repeats."""
     groups: dict[str, list[Handler]] = {}
-    for handler in told:
-        groups.setdefault(label if handler.is_part else handler.label, []).append(handler)
-    groups.setdefault(next(iter(groups), label), []).extend(hidden)
+    for handler in sorted(handlers, key=lambda one: one.is_for_originals):
+        owner = repeated_by(handlers, handler)
+        groups.setdefault(label if owner.is_part else owner.label, []).append(handler)
     return tuple(HandlerGroup(its, tuple(ones)) for its, ones in groups.items())
+
+
+def repeated_by(handlers: Sequence[Handler], handler: Handler) -> Handler:
+    """The handler whose messages one that only original dashboards know repeats in another form: the last one before it
+    that all operators are told of, or the first of all. Any other repeats itself."""
+    if not handler.is_for_originals:
+        return handler
+    before = handlers[: handlers.index(handler)]
+    told = [one for one in handlers if not one.is_for_originals]
+    return next((one for one in reversed(before) if one in told), told[0] if told else handler)
 
 
 def terms_for(handler: Handler, wanted: DeliveryContract | None) -> DeliveryTerms:
@@ -60,6 +68,5 @@ class Connector:
         return handler_groups(self.config.label, self.handlers)
 
     def terms_of(self, handler: Handler) -> DeliveryTerms:
-        """How the messages of one of its handlers travel; what only original dashboards know, as what they know it
-        of."""
-        return terms_for(self.handlers[0] if handler.is_for_originals else handler, self.config.delivery)
+        """How the messages of one of its handlers travel; what only original dashboards know, as what it repeats."""
+        return terms_for(repeated_by(self.handlers, handler), self.config.delivery)

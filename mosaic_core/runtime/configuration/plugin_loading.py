@@ -18,21 +18,30 @@ from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import PluginError, guess
 
 
-def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
-    """Import a plugin that ``source`` ships and check that it keeps the contract; :class:`PluginError` otherwise.
-    ``local``: where it stands, if it is not installed."""
+def load_configurer(
+    entry_point: EntryPoint, source: str, local: LocalConnector | None, failed_imports: dict[str, BaseException]
+) -> type[Configurer[Any]]:
+    """Import a plugin that ``source`` ships and check that it keeps the contract; :class:`PluginError` otherwise, whose
+    cause is the error of the import. ``local``: where it stands, if it is not installed. ``failed_imports``: modules
+    that were tried for another type of theirs; their code is not run once more."""
 
     def broken(cause: str, cure: str | None = None) -> PluginError:
         message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
         code = "config.broken_plugin" if local is None else "config.broken_local"
         return PluginError(message, distribution=source, code=code, cure=cure)
 
-    try:  # an import may fail in any way, even by sys.exit()
-        if local is not None:
-            local.prepare()
-        with told_when_slow(f"the import of connector type '{entry_point.name}' of {source}"):
-            loaded = entry_point.load()
-    except (Exception, SystemExit) as error:
+    error = failed_imports.get(entry_point.module)
+    if error is None:
+        try:  # an import may fail in any way, even by sys.exit()
+            if local is not None:
+                local.prepare()
+            with told_when_slow(f"the import of connector type '{entry_point.name}' of {source}"):
+                loaded = entry_point.load()
+        except (Exception, SystemExit) as raised:  # noqa: BLE001
+            error = raised
+            if entry_point.module not in sys.modules:
+                failed_imports[entry_point.module] = error
+    if error is not None:
         if local is not None:
             raise broken(local.explained(error)) from error
         raise broken(*(missing_part(entry_point, error) or (explained_error(error),))) from error

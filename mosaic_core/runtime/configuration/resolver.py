@@ -65,6 +65,7 @@ class ConnectorResolver:
             beside = InstalledConnector(one.type, one.source, "", one.entry_point, one)
             self._by_type.setdefault(one.type, []).append(beside)
         self._loaded: dict[str, type[Configurer[Any]]] = {}
+        self._failed_imports: dict[str, BaseException] = {}
 
     def types(self) -> tuple[InstalledConnector, ...]:
         """Every connector type that may be used, by name; one that two claim is listed twice."""
@@ -86,13 +87,15 @@ class ConnectorResolver:
 
     def resolve(self, connector_type: str) -> type[Configurer[Any]]:
         """Import and return the configurer class. Raises what :meth:`find` raises, and :class:`PluginError` naming
-        distribution, version and cause when the plugin can't be used."""
+        distribution, version and cause when the plugin can't be used. A module whose import fails is imported once,
+        for all its types."""
         # Only now: `mosaic connectors list` needs no contract to check plugins against, and none of its models.
         from mosaic_core.runtime.configuration.plugin_loading import load_configurer
 
         if connector_type not in self._loaded:
             found = self.find(connector_type)
-            self._loaded[connector_type] = load_configurer(found.entry_point, found.source, found.local)
+            its = found.entry_point, found.source, found.local
+            self._loaded[connector_type] = load_configurer(*its, self._failed_imports)
         return self._loaded[connector_type]
 
     def _unknown(self, connector_type: str) -> MosaicError:

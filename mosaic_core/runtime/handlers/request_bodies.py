@@ -14,11 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import TypeAdapter
-
+from mosaic_core.contract.declared.declared_answer import DeclaredAnswer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.request_handler import Request, RequestHandler, answer_type_of
-from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.handlers.task_runner import leave_behind
@@ -41,18 +39,10 @@ class BodyReturned:
     message: str = ""
 
 
-def plain_answer(adapter: TypeAdapter[Any], answer: Any) -> Any:
-    """What a body returned as JSON-ready values, with null for a number that is not finite and may be absent; raises
-    whatever is wrong with it."""
-    plain = adapter.dump_python(adapter.validate_python(answer), mode="json")
-    try:
-        text = to_json(plain)
-    except ValueError:
-        plain, refused = finite(plain, adapter.json_schema(mode="serialization"))
-        if refused:
-            raise ValueError(f"no finite number, and not declared as `float | None`: {', '.join(refused)}") from None
-        text = to_json(plain)
-    if len(text.encode()) > MAX_ANSWER_BYTES:
+def sent_answer(declared: DeclaredAnswer, answer: Any) -> Any:
+    """What a body returned, as JSON-ready values that one message takes; raises whatever is wrong with it."""
+    plain = declared.plain(answer)
+    if len(to_json(plain).encode()) > MAX_ANSWER_BYTES:
         raise Refused("request.answer_too_large")
     return plain
 
@@ -66,7 +56,7 @@ class RequestBodies:
         self._label = handler.label
         self._answer = handler.answer
         self._is_async = inspect.iscoroutinefunction(handler.answer)
-        self._adapter: TypeAdapter[Any] = TypeAdapter(answer_type_of(type(handler)))
+        self._declared = DeclaredAnswer(type(handler), answer_type_of(type(handler)))
         self._failures = failures
         self._loop = asyncio.get_running_loop()
         self._returned = Handover(self._loop, self._ended)
@@ -115,14 +105,14 @@ class RequestBodies:
 
     def _answer_on_thread(self, number: int, question: Any, request: Request) -> None:
         try:
-            ended = BodyReturned(number, plain_answer(self._adapter, self._answer(question, request)))
+            ended = BodyReturned(number, sent_answer(self._declared, self._answer(question, request)))
         except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; every request ends)
             ended = self._refusal(number, request, error)
         self._returned.put(ended)
 
     async def _answer_as_task(self, number: int, question: Any, request: Request) -> None:
         try:
-            ended = BodyReturned(number, plain_answer(self._adapter, await self._answer(question, request)))
+            ended = BodyReturned(number, sent_answer(self._declared, await self._answer(question, request)))
         except BaseException as error:  # noqa: BLE001 (as above)
             ended = self._refusal(number, request, error)
         self._returned.put(ended)

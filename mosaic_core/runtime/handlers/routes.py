@@ -97,14 +97,14 @@ def tapped_channels(routes: Mapping[str, Route]) -> dict[str, TappedChannel]:
 
 
 def original_groups(connectors: Sequence[Connector]) -> dict[str, tuple[str, ...]]:
-    """Of connectors with channels for original dashboards alone: by each of these labels, and by that of the
-    connector's first handler, all of them; the first handler comes first."""
+    """Of handlers with channels for original dashboards alone: by each of these labels, and by that of the handler that
+    they repeat, all of them; that one comes first."""
     groups: dict[str, tuple[str, ...]] = {}
-    for connector in connectors:
-        labels = tuple(handler.label for handler in connector.handlers if handler.is_for_originals)
+    for group in (group for connector in connectors for group in connector.groups):
+        labels = tuple(handler.label for handler in group.handlers if handler.is_for_originals)
         if labels:
-            group = tuple(dict.fromkeys((connector.handlers[0].label, *labels)))
-            groups.update(dict.fromkeys(group, group))
+            members = tuple(dict.fromkeys((group.handlers[0].label, *labels)))
+            groups.update(dict.fromkeys(members, members))
     return groups
 
 

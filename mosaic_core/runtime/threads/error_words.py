@@ -9,7 +9,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
-from mosaic_core.contract.declared.unsent import names_of
+from mosaic_core.contract.declared.nested_models import names_of
+from mosaic_core.runtime.threads.import_words import import_meant
 from mosaic_core.words.errors import guess, nearest
 
 MANY_MISTAKES = 4
@@ -19,8 +20,9 @@ MANY_LETTERS = 60
 
 
 def said_by(error: BaseException) -> str:
-    """Kind and words of an error; of an attribute that is not there also the nearest name that is."""
-    return f"{type(error).__name__}: {_refused_values(error) or error}{_attribute_meant(error)}"
+    """Kind and words of an error; of an attribute or a name to import that is not there also the nearest that is."""
+    meant = _attribute_meant(error) or import_meant(error)
+    return f"{type(error).__name__}: {_refused_values(error) or error}{meant}"
 
 
 def _attribute_meant(error: BaseException) -> str:

@@ -139,7 +139,8 @@ def _file_of(point: EntryPoint) -> Path:
         return installed
     spec = find_spec(top)
     places = [Path(place, inside) for place in (spec.submodule_search_locations or ())] if spec else []
-    return next((place for place in places if place.is_file()), installed)
+    # Where nobody has the file, its author is told the place beside the code: metadata may lie anywhere.
+    return next((place for place in places if place.is_file()), places[0] if places else installed)
 
 
 def _source(module: WidgetModule) -> str:

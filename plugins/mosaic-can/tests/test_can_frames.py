@@ -13,7 +13,7 @@ from support.devices.can_steps import BATTERY_ID, STATE_ID, CanOnSteps, losses
 from mosaic_can.frames import CanFramesConfigurer
 from mosaic_can.listener import CanListener
 from mosaic_can.params import MAX_ID, MAX_STANDARD_ID, CanFilter
-from mosaic_core.testing import build, collect, connector, joined
+from mosaic_core.testing import build, collect, connector, fake_host, joined
 from mosaic_core.words.errors import ConfigError, DeviceGone, MosaicError
 
 IDS = st.integers(0, MAX_STANDARD_ID)
@@ -80,7 +80,8 @@ def test_an_adapter_that_is_pulled_out_is_gone_and_its_return_begins_anew(steps:
     steps.is_plugged_in = False
     assert not steps.bus.step(0.0)
     steps.bus.close()
-    for _ in range(2):  # as the robot tries again
+    for _ in range(6):  # as the robot tries again
+        fake_host(handler).clock.advance(5.0)
         assert not steps.bus.open()
         with pytest.raises(DeviceGone, match="Network is down"):
             collect(handler, 1)

@@ -103,12 +103,26 @@ def test_a_value_without_a_word_is_told_as_its_number(steps: CanOnSteps) -> None
     assert told["DriveState"]["mode"] == "7"
 
 
-def test_a_bus_that_is_away_is_a_device_that_is_gone(steps: CanOnSteps) -> None:
-    handler = steps.build(CanSignalsConfigurer)
+def test_a_bus_that_is_away_for_thirty_seconds_is_gone_and_its_return_tells_nothing_of_before(
+    steps: CanOnSteps,
+) -> None:
+    handler = steps.build(CanSignalsConfigurer, stale_s=60)
+    steps.says(state(faults=7), battery())
     steps.is_plugged_in = False
     assert not steps.bus.step(0.0)
     with pytest.raises(DeviceGone, match="is lost"):
         collect(handler, 1)
+    steps.bus.close()
+    for _ in range(6):  # as the robot tries again
+        fake_host(handler).clock.advance(5.0)
+        assert not steps.bus.open()
+        with pytest.raises(DeviceGone, match="Network is down"):
+            collect(handler, 1)
+    steps.is_plugged_in = True
+    assert steps.bus.open()
+    steps.says(state(faults=8))
+    (told,) = collect(handler, 1)
+    assert (told["DriveState"]["faults"], told["BatteryState"]) == (8, None)
 
 
 def test_a_flood_costs_one_message_per_period(steps: CanOnSteps) -> None:

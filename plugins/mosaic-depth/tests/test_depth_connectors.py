@@ -104,6 +104,29 @@ def test_the_cloud_comes_in_the_compact_form_at_its_rate_and_counts_what_it_thin
     assert fake_host(cloud).losses["thinned"] == plug.given - 11
 
 
+def test_an_original_dashboard_alone_opens_the_camera_and_gets_its_cloud(plug: Plug) -> None:
+    params = {"camera": SMALL}
+    cloud, channel, intrinsics = build(DepthCloudConfigurer, params=params, shared=plug.shared(), clock=plug.clock)
+    assert [one.label for one in (cloud, channel, intrinsics)] == [
+        "under_test",
+        "under_test-0",
+        "under_test_intrinsics",
+    ]
+    fake_host(cloud).heard = set()
+
+    def unplugged_after_20(frame: DepthFrame) -> DepthFrame:
+        plug.is_plugged_in = plug.given < 20
+        return frame
+
+    plug.gives = unplugged_after_20
+    with pytest.raises(DeviceGone):
+        collect(cloud, 1)
+    assert fake_host(cloud).sent == []
+    bursts = fake_host(channel).sent
+    assert len(bursts) >= 5
+    assert all(one.followers for one in bursts)
+
+
 def test_the_intrinsics_are_told_once_and_again_when_they_change(plug: Plug) -> None:
     cloud: DepthCloud = of(DepthCloudConfigurer, plug, frame_id="front")
     cloud.intrinsics.bind(fake_host(cloud))

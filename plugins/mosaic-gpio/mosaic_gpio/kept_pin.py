@@ -31,7 +31,8 @@ class KeptPin:
         self._safe = safe
         self._lock = threading.Lock()
         self._device: Any = None
-        self._gone = DeviceGone(f"{params.place} is not open yet", "Wait a moment.")
+        self._problem = f"{params.place} is not open yet"
+        """Not the error itself: its traceback would keep a device that was half opened, and the pin with it."""
         self._opened = threading.Event()
         self._wake = threading.Event()
         self._is_closing = False
@@ -52,7 +53,7 @@ class KeptPin:
         """Raises :class:`Refused` (``plugin.no_device``) while the pin is away."""
         with self._lock:
             if self._device is None:
-                raise Refused("plugin.no_device", self._gone.message)
+                raise Refused("plugin.no_device", self._problem)
             try:
                 with opening(self.params):
                     setattr(self._device, self._field, value)
@@ -88,7 +89,7 @@ class KeptPin:
                 with opening(self.params):
                     device = self._make()
             except DeviceGone as gone:
-                self._gone = gone
+                self._problem = gone.message
                 if not was_told:
                     _log.warning("%s Trying again.", gone.message)
                 was_told = True
@@ -108,7 +109,7 @@ class KeptPin:
     def _lost(self, gone: DeviceGone) -> None:
         """Locked."""
         _log.warning("%s; opening it again", gone.message)
-        self._device, self._gone = None, gone
+        self._device, self._problem = None, gone.message
         self._opened.clear()
         self._wake.set()
 

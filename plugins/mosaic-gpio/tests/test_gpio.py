@@ -13,10 +13,12 @@ from gpiozero import Device, DigitalOutputDevice
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
+from support.waiting import wait_for
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, fake_host, feed
 from mosaic_core.words.errors import ConfigError, DeviceGone
+from mosaic_gpio import kept_pin
 from mosaic_gpio.debounce import Debounce
 from mosaic_gpio.gpio_input import GpioInput, GpioInputConfigurer
 from mosaic_gpio.gpio_output import GpioOutput, GpioOutputConfigurer
@@ -174,23 +176,38 @@ def test_a_dimmed_output_takes_any_share_and_refuses_garbage(pins: MockFactory) 
         assert pins.pin(27).state == 0.25
 
 
-def test_a_pin_that_fails_is_refused_then_opened_again_in_its_safe_state(
-    pins: MockFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shared, pin = Shared(), pins.pin(27)
-    lamp = output(shared)
+LIT: dict[str, Any] = {"value": 1}
+TURNED: dict[str, Any] = {"names": ["pan"], "positions": [0.5]}
 
-    def fail(value: float) -> None:
+
+@pytest.mark.parametrize(
+    ("configurer", "params", "command"),
+    [(GpioOutputConfigurer, {"pin": 27}, LIT), (GpioServoConfigurer, {"pin": 27, "joint": "pan"}, TURNED)],
+)
+def test_a_pin_that_fails_is_refused_until_it_is_opened_again_in_its_safe_state(
+    pins: MockFactory, monkeypatch: pytest.MonkeyPatch, configurer: Any, params: Any, command: Any
+) -> None:
+    monkeypatch.setattr(kept_pin, "RETRY_S", 0.01)
+    shared, pin = Shared(), pins.pin(27)
+    handler = build(configurer, params=params, shared=shared)
+    tries: list[Any] = []
+
+    def fail(self: Any, value: Any) -> None:
+        tries.append(value)
         raise OSError(5, "Input/output error")
 
     with shared.entered():
-        assert lamp._pin.wait_open(OPENS_S)
+        assert handler._pin.wait_open(OPENS_S)
+        assert feed(handler, [command]).refused == []
+        assert pin.state
         with monkeypatch.context() as broken:
-            broken.setattr(type(pin), "_set_state", lambda self, value: fail(value))
-            [refused] = feed(lamp, [{"value": 1}]).refused
-            assert refused.code == "plugin.no_device"
-        assert lamp._pin.wait_open(OPENS_S)
-        assert feed(lamp, [{"value": 1}]).refused == []
+            broken.setattr(type(pin), "_set_state", fail)
+            wait_for(lambda: feed(handler, [command]).refused and len(tries) >= 6, "it is tried again and again")
+            assert [one.code for one in feed(handler, [command]).refused] == ["plugin.no_device"]
+        assert handler._pin.wait_open(OPENS_S)
+        assert not pin.state
+        assert feed(handler, [command]).refused == []
+        assert pin.state
 
 
 def test_a_servo_turns_within_its_range_and_stays_after_silence(pins: MockFactory) -> None:

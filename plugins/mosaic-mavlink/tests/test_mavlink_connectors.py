@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as words
 
+from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.request_handler import Request
 from mosaic_core.messages import BatteryState, GpsFix, Imu, Odometry, Range
 from mosaic_core.operator import RequestRefused
@@ -28,6 +33,26 @@ from mosaic_mavlink.telemetry.sensors import (
 from mosaic_mavlink.telemetry.state import MavlinkDiagnosticConfigurer, MavlinkStateConfigurer, VehicleState
 
 URL = {"url": "udpin:127.0.0.1:14550"}
+
+
+@contextmanager
+def ticking(air: Any) -> Iterator[None]:
+    """Let time pass by itself: whoever asks waits."""
+    is_over = threading.Event()
+
+    def tick() -> None:
+        while not is_over.wait(0.001):
+            air.pass_time(0.05)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        thread.join()
+
+
 SENDERS: list[tuple[Any, type, dict[str, Any]]] = [
     (MavlinkOdometryConfigurer, Odometry, {}),
     (MavlinkOdometryConfigurer, Odometry, {"position": "global"}),
@@ -122,6 +147,30 @@ def test_questions_that_make_no_sense_are_refused() -> None:
         MissionQuestion(action="upload", items=[other])
 
 
+@pytest.mark.parametrize(
+    ("configurer", "question"),
+    [
+        (MavlinkCommandConfigurer, VehicleCommand(action="mode", mode="ALT_HOLD")),
+        (MavlinkParametersConfigurer, ParameterQuestion(action="list")),
+        (MavlinkMissionConfigurer, MissionQuestion(action="download")),
+    ],
+)
+def test_what_is_asked_of_a_vehicle_that_is_away_for_thirty_seconds_is_refused_and_then_answered(
+    air: Any, copter: FakeAutopilot, configurer: Any, question: Any
+) -> None:
+    desk = build(configurer, params=URL, shared=air.shared())
+    air.silent.add(1)
+    for _ in range(6):
+        air.pass_time(5.0)
+        with pytest.raises(Refused) as refused:
+            desk.answer(question, Request())
+        assert refused.value.code == "plugin.no_device"
+    air.silent.clear()
+    air.pass_time(1.5)
+    with ticking(air):
+        assert desk.answer(question, Request())
+
+
 def test_an_unknown_mode_is_told_with_the_nearest(air: Any, copter: FakeAutopilot) -> None:
     desk = build(MavlinkCommandConfigurer, params=URL, shared=air.shared())
     with pytest.raises(Exception, match=r"a copter has no mode GUIDE; did you mean 'GUIDED'\? It has: "):
@@ -187,7 +236,7 @@ async def test_parameters_and_missions_are_answered_and_refusals_have_words() ->
         assert [one["name"] for one in listed["parameters"]][:2] == ["WPNAV_SPEED", "FENCE_ENABLE"]
         await ask("parameters", {"action": "set", "name": "RTL_ALT", "value": 2000})
         (got,) = (await ask("parameters", {"action": "get", "name": "RTL_ALT"}))["parameters"]
-        assert got == {"name": "RTL_ALT", "value": 2000.0, "whole": True}
+        assert got == {"name": "RTL_ALT", "value": 2000.0, "whole": True, "said": ""}
         items: list[dict[str, Any]] = [
             {"latitude": 47.4, "longitude": 8.5 + at / 100, "altitude_m": 20} for at in range(3)
         ]
@@ -200,6 +249,18 @@ async def test_parameters_and_missions_are_answered_and_refusals_have_words() ->
         assert (await ask("mission", {"action": "clear"}))["items"] == []
         with pytest.raises(RequestRefused, match="takes off in GUIDED"):
             await ask("command", {"action": "takeoff", "altitude_m": 3})
+
+
+def test_a_parameter_that_is_no_number_is_null_with_what_the_vehicle_says(air: Any, copter: FakeAutopilot) -> None:
+    copter.parameters.values = {
+        "A": (float("nan"), words.MAV_PARAM_TYPE_REAL32),
+        "B": (0.0, words.MAV_PARAM_TYPE_REAL32),
+    }
+    desk = build(MavlinkParametersConfigurer, params=URL, shared=air.shared())
+    with ticking(air):
+        answer = desk.answer(ParameterQuestion(action="list"), Request())
+    assert [(one.name, one.value, one.said) for one in answer.parameters] == [("A", None, "nan"), ("B", 0.0, "")]
+    assert '"value":null' in answer.model_dump_json()
 
 
 async def test_who_has_no_lease_changes_nothing() -> None:

@@ -122,6 +122,95 @@ def test_a_plane_of_ardupilot_follows_no_velocities_and_is_told_how_it_is_flown(
     assert not air.sent("SET_POSITION_TARGET_LOCAL_NED")
 
 
+def flown(plane: FakeAutopilot, air: Any, firmware: tuple[int, int]) -> MavlinkManual:
+    """The sticks of a plane of ArduPilot that lands when nobody moves them; it is moved, then nobody does."""
+    plane.mav_type, plane.vehicle_class = words.MAV_TYPE_FIXED_WING, "plane"
+    plane.firmware, plane.lacks = firmware, {"AUTOLAND"} if firmware < (4, 7) else set()
+    sticks = manual(air, on_loss="land")
+    guided(plane, air, "FBWA")
+    sticks.handle_data(ManualControl(forward=1.0), ALICE)
+    sticks.make_safe("safety.timeout")
+    return sticks
+
+
+def told(air: Any) -> list[str]:
+    return [one.text for one in air.contact().vehicle.texts.since(0) if one.level == "warn"]
+
+
+def test_a_plane_whose_firmware_lands_by_itself_lands(air: Any, copter: FakeAutopilot) -> None:
+    flown(copter, air, (4, 7))
+    air.pass_time(3.0)
+    assert copter.mode == "AUTOLAND"
+    assert told(air) == []
+
+
+def test_of_a_plane_that_is_too_old_to_land_it_is_told_at_once_that_it_returns_and_it_does(
+    air: Any, copter: FakeAutopilot, caplog: pytest.LogCaptureFixture
+) -> None:
+    flown(copter, air, (4, 6))
+    said = "firmware 4.6 of this plane has no AUTOLAND: on_loss: land orders RTL"
+    assert told(air) == [said]
+    assert f"vehicle 1: {said}" in caplog.text
+    air.pass_time(2.5)
+    assert copter.mode == "RTL"
+
+
+@pytest.mark.parametrize(("answers", "in_s"), [(True, 2.5), (False, 6.0)])
+def test_a_plane_that_refuses_to_land_or_does_not_answer_is_ordered_home(
+    air: Any, copter: FakeAutopilot, answers: bool, in_s: float
+) -> None:
+    """It does not tell its version."""
+    air.drops = lambda name: name == "autopilot_version" or (name == "command_ack" and not answers)
+    flown(copter, air, (4, 6))
+    air.pass_time(in_s)
+    assert copter.mode == "RTL"
+    assert told(air) == ["it does not enter AUTOLAND; RTL is ordered instead"]
+
+
+def test_a_refusal_of_what_another_ground_station_ordered_changes_nothing(air: Any, copter: FakeAutopilot) -> None:
+    flown(copter, air, (4, 7))
+    air.drops = lambda name: name == "command_ack"
+    copter.lacks = {"AUTOLAND"}
+    air.pass_time(2.5)
+    order = {"command": words.MAV_CMD_DO_SET_MODE, "result": words.MAV_RESULT_DENIED}
+    air.say("command_ack", target_system=7, target_component=190, **order)
+    air.pass_time(0.5)
+    assert told(air) == []
+
+
+def test_a_mode_that_is_never_entered_is_told_when_it_is_given_up(air: Any, copter: FakeAutopilot) -> None:
+    copter.lacks = {"RTL"}
+    guided(copter, air)
+    base = velocity(air, on_loss="rtl")
+    base.handle_data(AHEAD, ALICE)
+    base.make_safe("safety.timeout")
+    air.pass_time(15.0)
+    assert told(air) == ["it was ordered into RTL for 10 s and stays in GUIDED"]
+    assert not air.contact().vehicle.is_insisting
+
+
+@pytest.mark.parametrize("make", [velocity, manual])
+def test_a_vehicle_that_is_away_for_thirty_seconds_takes_no_commands_and_then_moves_again(
+    air: Any, copter: FakeAutopilot, make: Any
+) -> None:
+    guided(copter, air, "GUIDED" if make is velocity else "LOITER")
+    mover, command = make(air), AHEAD if make is velocity else ManualControl(forward=0.2)
+    mover.handle_data(command, ALICE)
+    mover.make_safe("safety.stop")
+    copter._enter("GUIDED" if make is velocity else "LOITER")
+    air.silent.add(1)
+    for _ in range(6):
+        air.pass_time(5.0)
+        with pytest.raises(Refused) as refused:
+            mover.handle_data(command, ALICE)
+        assert refused.value.code == "plugin.no_device"
+    assert copter.body.forward_mps == 0.0
+    air.silent.clear()
+    air.pass_time(1.5)
+    mover.handle_data(command, ALICE)
+    assert copter.body.forward_mps == 1.0
+
+
 @pytest.mark.parametrize(("kind", "mode"), [("copter", "GUIDED"), ("px4", "OFFBOARD"), ("rover", "GUIDED")])
 @pytest.mark.parametrize(
     ("action", "modes"),

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.link.codec import Codec
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.requests.command_words import CommandConversation
 from mosaic_mavlink.requests.conversation import (
     Concluded,
@@ -195,6 +195,16 @@ def test_a_half_is_no_whole_number_and_what_is_kept_is_told() -> None:
     assert end == NotConcluded("mavlink.not_set", "RTL_ALT stays 5: the vehicle did not take 7; see its log")
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_parameter_that_is_no_number_is_told_as_none_and_can_be_set(value: float) -> None:
+    autopilot = FakeAutopilot()
+    autopilot.parameters.values["BATT_LOW_VOLT"] = (value, words.MAV_PARAM_TYPE_REAL32)
+    (one,) = result(Talk(GetParameter("BATT_LOW_VOLT", bytewise=False), autopilot))
+    assert f"{one.value}" == f"{value}"
+    (one,) = result(Talk(SetParameter("BATT_LOW_VOLT", 0.0, bytewise=False), autopilot))
+    assert one.value == 0.0 == autopilot.parameters.values["BATT_LOW_VOLT"][0]
+
+
 def test_an_unknown_parameter_is_asked_for_and_given_up() -> None:
     told = refusal(Talk(GetParameter("NO_SUCH", bytewise=False), FakeAutopilot()))
     assert told.code == "mavlink.no_answer"
@@ -265,6 +275,42 @@ def test_cancelling_tells_the_vehicle() -> None:
         assert isinstance(effect, SendMessage)
         assert effect.message[1]["type"] == words.MAV_MISSION_OPERATION_CANCELLED
     assert arming().cancel() == []
+
+
+NONSENSE: list[Callable[[Any, int, int], Any]] = [
+    lambda mav, a, b: mav.param_value_encode(b"X", float(a), b % 12, a % 65_536, b % 65_536),
+    lambda mav, a, b: mav.mission_count_encode(255, 190, a % 65_536),
+    lambda mav, a, b: mav.mission_request_int_encode(255, 190, a % 65_536),
+    lambda mav, a, b: mav.mission_ack_encode(255, 190, a % 256),
+    lambda mav, a, b: mav.mission_item_int_encode(255, 190, a % 9, b % 256, a % 65_536, 0, 1, 0, 0, 0, 0, b, a, 0.0),
+    lambda mav, a, b: mav.command_ack_encode(400, a % 256, progress=b % 256),
+    lambda mav, a, b: mav.statustext_encode(a % 256, b"\xff\x00nonsense"),
+]
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: GetParameter("X", bytewise=True),
+        lambda: SetParameter("X", 3.0, bytewise=True),
+        lambda: ListParameters(bytewise=True),
+        lambda: UploadMission(steps(3)),
+        DownloadMission,
+        ClearMission,
+        arming,
+    ],
+)
+@given(said=st.lists(st.tuples(st.sampled_from(NONSENSE), st.integers(0, 2**31 - 1), st.integers(0, 2**31 - 1))))
+def test_whatever_a_vehicle_answers_is_a_word_of_the_conversation_or_none(made: Any, said: Any) -> None:
+    conversation, mav = made(), words.MAVLink(None)
+    conversation.begin(0.0)
+    for at_s, (says, a, b) in enumerate(said):
+        message = says(mav, a, b)
+        if message.get_type() in conversation.listens:
+            effects = conversation.hear(message, float(at_s))
+            assert all(isinstance(one, Effect) for one in effects)
+            if any(isinstance(one, Concluded | NotConcluded) for one in effects):
+                return
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -118,6 +118,19 @@ def test_a_server_that_vanishes_refuses_commands_and_its_return_begins_with_the_
     assert device.written() == SAFE
 
 
+def test_a_flood_of_commands_is_written_one_by_one_and_nothing_of_it_comes_after_a_stop(
+    lines: Lines, device: ModbusDevice, port: int
+) -> None:
+    line, handler = on_line(lines, f"tcp://127.0.0.1:{port}")
+    opened(line)
+    device.written()
+    speeds = [number % 100 for number in range(200)]
+    feed(handler, [*({**COMMAND, "speed_rpm": speed} for speed in speeds), Stopped()])
+    found = device.written()
+    assert [words[0] for _, address, words in found if address == 4] == [*speeds, 0]
+    assert found[-2:] == SAFE
+
+
 def test_a_serial_device_that_is_silent_is_made_safe_once_it_answers(
     lines: Lines, serial: ModbusDevice, cable: SerialCable
 ) -> None:

@@ -7,6 +7,7 @@ import json
 import math
 import socket
 from collections.abc import Iterator
+from contextlib import closing
 from itertools import islice
 from typing import Any
 
@@ -174,9 +175,28 @@ def test_a_bus_that_takes_nothing_is_told_to_operators(bus: MemoryBus) -> None:
     handler = bridge(bus, [HEAT], *messages, heat="/heat")
     running = handler.messages()
     next(running)
-    bus.fails = True
+    bus.is_slow = True
     assert next(running).level == "error"
     assert fake_host(handler).losses["refused"] == 2
+
+
+def test_a_bus_that_is_away_for_thirty_seconds_is_gone_and_published_to_when_it_is_back(bus: MemoryBus) -> None:
+    handler = bridge(bus, [HEAT], *[told("heat", Temperature(temperature_c=20))] * 2, heat="/heat")
+    with closing(handler.messages()) as running:
+        next(running)
+        bus.fails = True
+        with pytest.raises(DeviceGone, match="the bus is away"):
+            next(running)
+    for _ in range(6):  # as the robot tries again
+        bus.clock.advance(5.0)
+        with pytest.raises(DeviceGone, match="the bus is away"):
+            reports(handler, 1)
+    bus.fails = False
+    bus.published.clear()
+    fake_host(handler).tapped_data = [told("heat", Temperature(temperature_c=21))]
+    *_, last = reports(handler, 2)
+    assert [decoded("sensor_msgs/msg/Temperature", one).temperature for one in bus.published] == [21]
+    assert last.level == "ok"
 
 
 def test_a_topic_that_the_bus_would_not_open_is_opened_with_the_next_scan(

@@ -8,8 +8,9 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from support.devices.ros_side import RosNode
+from support.devices.ros_side import RosNode, RosReader
 from support.live_drill import assert_safe, drilled
+from support.waiting import wait_for
 
 from mosaic_core.testing import connector
 from mosaic_ros2.connectors.publisher import (
@@ -40,6 +41,17 @@ def repeated(write: Callable[[], None]) -> Iterator[None]:
         thread.join()
 
 
+def expect_last(heard: RosReader, is_expected: Callable[[Any], bool]) -> None:
+    """What the connector said last may still be under way when the drill has ended."""
+    told: list[Any] = []
+
+    def is_heard() -> bool:
+        told[:] = heard.take(0.1) or told
+        return bool(told) and is_expected(told[-1])
+
+    wait_for(is_heard, "the last words on the topic")
+
+
 @pytest.mark.parametrize(
     ("configurer", "named", "type_name"),
     [
@@ -53,9 +65,12 @@ async def test_a_base_that_listens_passes_the_whole_drill(
 ) -> None:
     heard = node.subscription("/cmd_vel", type_name)
     assert_safe(await drilled(connector(configurer, params={**here, **named}, safety=SPEEDS)))
-    last = heard.take()[-1]
-    twist = last.twist if type_name == TWIST_STAMPED else last
-    assert (twist.linear.x, twist.linear.y, twist.angular.z) == (0, 0, 0)
+
+    def stands(told: Any) -> bool:
+        twist = told.twist if type_name == TWIST_STAMPED else told
+        return (twist.linear.x, twist.linear.y, twist.angular.z) == (0, 0, 0)
+
+    expect_last(heard, stands)
 
 
 async def test_an_arm_that_tells_where_it_is_passes_the_whole_drill(node: RosNode, here: dict[str, Any]) -> None:
@@ -67,8 +82,8 @@ async def test_an_arm_that_tells_where_it_is_passes_the_whole_drill(node: RosNod
     safety = {"timeout_s": 0.5, "max_rate_hz": 40, "limits": limits}
     with repeated(lambda: states.write({"name": ["shoulder", "elbow"], "position": [0.4, -0.3]})):
         assert_safe(await drilled(connector(Ros2PublisherConfigurer, params=params, safety=safety)))
-    (held,) = heard.take()[-1].points
-    assert held.positions.tolist() == pytest.approx([0.4, -0.3])
+    held = [pytest.approx([0.4, -0.3])]
+    expect_last(heard, lambda told: [point.positions.tolist() for point in told.points] == held)
 
 
 async def test_numbers_of_any_message_pass_the_whole_drill(node: RosNode, here: dict[str, Any]) -> None:
@@ -76,4 +91,4 @@ async def test_numbers_of_any_message_pass_the_whole_drill(node: RosNode, here: 
     params = {**here, "topic": "/winch", "type": "std_msgs/msg/Float32", "motion_fields": ["data"]}
     safety = {"timeout_s": 0.5, "max_rate_hz": 40, "limits": {"data": {"min": -0.2, "max": 0.2}}}
     assert_safe(await drilled(connector(Ros2PublisherConfigurer, params=params, safety=safety)))
-    assert heard.take()[-1].data == 0
+    expect_last(heard, lambda told: told.data == 0)

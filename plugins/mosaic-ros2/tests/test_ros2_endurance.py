@@ -16,15 +16,23 @@ import pytest
 from support.devices.ros_side import RosNode, encoded, qos
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.handler import Refused
+from mosaic_core.messages import Twist
 from mosaic_core.testing import Joined, connector, joined, until
+from mosaic_ros2.bus import kept_publication
 from mosaic_ros2.bus.dds import dds_service
+from mosaic_ros2.bus.kept_publication import KeptPublication
+from mosaic_ros2.bus.qos import RELIABLE
+from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.action import Ros2ActionConfigurer
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.params import Ros2Params
 from mosaic_ros2.connectors.publisher import Ros2PublisherConfigurer
+from mosaic_ros2.connectors.publishing import TwistPublisher
 from mosaic_ros2.connectors.service import Ros2ServiceConfigurer
 from mosaic_ros2.connectors.topic import Ros2TopicConfigurer
 
+TWIST = "geometry_msgs/msg/Twist"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 SET_BOOL = "std_srvs/srv/SetBool"
 FIBONACCI = "example_interfaces/action/Fibonacci"
@@ -136,6 +144,34 @@ async def test_commands_go_on_once_somebody_subscribes_again(domain: int) -> Non
                 store.send_json({"data": True})
                 await asyncio.sleep(0.02)
             assert "nobody subscribes" in told[0].message
+
+
+async def test_a_writer_that_is_lost_is_opened_again_and_a_node_hears_a_standstill_before_the_next_command(
+    node: RosNode, here: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kept_publication, "RETRY_S", (0.01,))
+    heard = node.subscription("/cmd_vel", TWIST, qos(depth=100))
+    bus = Ros2Params(**here).bus(Shared())
+    with bus, KeptPublication(bus, "/cmd_vel", TWIST, RELIABLE) as publication:
+        drive = TwistPublisher("drive", publication, Encoder(bus.book, TWIST))
+        assert await asyncio.to_thread(publication.wait_until_heard, 60)
+        drive.handle_data(Twist.planar(0.3))
+        writer: Any = publication._publication
+        writer._writer._delete(writer._writer._ref)
+        with pytest.raises(Refused, match="can't be used any more"):
+            drive.handle_data(Twist.planar(0.4))
+        found: list[float] = []
+
+        def standstill() -> bool:
+            found.extend(one.linear.x for one in heard.take(0.05))
+            return 0.0 in found
+
+        while not await asyncio.to_thread(standstill):
+            pass
+        drive.handle_data(Twist.planar(0.5))
+        while found[-1] != 0.5:
+            await asyncio.to_thread(standstill)
+    assert found == [0.3, 0.0, 0.5]
 
 
 async def test_of_a_flood_of_commands_the_last_reaches_a_node_that_reads_slowly(

@@ -6,16 +6,17 @@ import time
 from typing import Any
 
 import pytest
-from support.devices.memory_bus import MemoryBus, SharedMemoryBus
+from support.devices.memory_bus import MemoryBus, MemoryPublication, SharedMemoryBus
 from support.devices.ros_side import RosNode, decoded, encoded
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.messages import JointTarget, Twist
-from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until
+from mosaic_core.words.errors import ConfigError, DeviceGone
+from mosaic_ros2.bus import kept_publication
 from mosaic_ros2.bus.kept_publication import KeptPublication
-from mosaic_ros2.bus.qos import LATCHED, RELIABLE
+from mosaic_ros2.bus.qos import LATCHED, RELIABLE, QosProfile
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.publisher import (
@@ -79,6 +80,75 @@ def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_aga
         base.handler.handle_data(Twist.planar(0.3))
     with pytest.raises(Exception, match="the bus is away"):
         base.handler.make_safe("safety.stop")
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next attempt comes at once."""
+    monkeypatch.setattr(kept_publication, "RETRY_S", (0.01,))
+    monkeypatch.setattr(kept_publication, "OWED_S", 0.01)
+
+
+@pytest.mark.usefixtures("hasty")
+async def test_a_topic_that_is_lost_is_opened_again_and_begins_with_a_standstill_once_somebody_hears(
+    base: Rig, caplog: pytest.LogCaptureFixture
+) -> None:
+    base.handler.handle_data(Twist.planar(0.3))
+    base.bus.fails = True
+    with pytest.raises(Refused, match="the bus is away"):
+        base.handler.handle_data(Twist.planar(0.4))
+    for _ in range(2):  # as the safety thread does
+        with pytest.raises(DeviceGone, match="/topic is not open: the bus is away"):
+            base.handler.make_safe("safety.timeout")
+        with pytest.raises(Refused, match="/topic is not open: the bus is away"):
+            base.handler.handle_data(Twist.planar(0.4))
+    base.bus.readers = 0
+    base.bus.fails = False
+    await until(lambda: base.bus.opened == 2)
+    await until(lambda: "/topic is open now" in caplog.text)
+    assert len(base.published()) == 1
+    base.bus.readers = 1
+    await until(lambda: len(base.published()) == 2)
+    base.handler.handle_data(Twist.planar(0.5))
+    assert [one.linear.x for one in base.published()] == [0.3, 0.0, 0.5]
+    assert caplog.text.count("lost the publication on /topic") == 1
+
+
+@pytest.mark.usefixtures("hasty")
+async def test_a_command_after_a_loss_comes_behind_the_standstill(base: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kept_publication, "OWED_S", 60.0)
+    base.handler.handle_data(Twist.planar(0.3))
+    base.bus.fails = True
+    with pytest.raises(DeviceGone):
+        base.handler.make_safe("safety.timeout")
+    base.bus.fails = False
+    await until(lambda: base.publication.wait_until_heard(0.1))
+    base.handler.handle_data(Twist.planar(0.5))
+    assert [one.linear.x for one in base.published()] == [0.3, 0.0, 0.5]
+
+
+def test_subscriptions_that_are_too_slow_cost_a_message_and_no_topic(base: Rig) -> None:
+    base.bus.is_slow = True
+    with pytest.raises(Refused, match="no room"):
+        base.handler.handle_data(Twist.planar(0.3))
+    base.bus.is_slow = False
+    base.handler.handle_data(Twist.planar(0.4))
+    assert ([one.linear.x for one in base.published()], base.bus.opened) == ([0.4], 1)
+
+
+@pytest.mark.usefixtures("hasty")
+async def test_whatever_a_middleware_raises_the_topic_is_opened_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus, errors = MemoryBus(FakeClock()), [OSError("no such interface"), KeyError("type")]
+    publish = bus.publish
+
+    def hesitant(topic: str, type_name: str, policies: QosProfile) -> MemoryPublication:
+        if errors:
+            raise errors.pop()
+        return publish(topic, type_name, policies)
+
+    monkeypatch.setattr(bus, "publish", hesitant)
+    with KeptPublication(SharedMemoryBus(bus), "/topic", TWIST, RELIABLE) as publication:
+        await until(lambda: publication.readers)
 
 
 def test_a_robot_that_ends_publishes_a_standstill_last() -> None:

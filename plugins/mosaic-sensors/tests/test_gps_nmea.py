@@ -124,6 +124,17 @@ def serving(server: socket.socket, *parts: bytes) -> Iterator[None]:
         thread.join(5)
 
 
+def test_a_flood_of_sentences_is_read_to_its_end_and_nothing_of_it_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    handler = gps(NAME)
+    with plugged_in(monkeypatch) as device, closing(handler.messages()) as messages:
+        device.greeting = RMC + (GGA + LATER_GGA) * 25
+        stamps = [next(messages).timestamp for _ in range(50)]
+        assert stamps == [1306574870_000000, 1306574871_000000] * 25
+        device.says(sentence("GPGGA,092759.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,"))
+        assert next(messages).timestamp == 1306574879_000000
+    assert fake_host(handler).losses == {}
+
+
 def test_positions_come_over_tcp_until_the_server_goes(server: socket.socket) -> None:
     with serving(server, RMC + GGA[:20], GGA[20:]), closing(gps(address(server)).messages()) as messages:
         assert next(messages).latitude == pytest.approx(53.36133667)

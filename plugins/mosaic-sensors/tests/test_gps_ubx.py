@@ -198,6 +198,16 @@ def test_the_fake_receiver_becomes_exact_when_it_hears_corrections() -> None:
     assert (exact.fix, exact.accuracy_m) == ("rtk", 0.028)
 
 
+def test_a_flood_of_solutions_is_read_to_its_end_and_nothing_of_it_is_kept(device: PtyDevice) -> None:
+    receiver = gps(device.port)
+    device.greeting = b"".join(encoded_solution(numSV=number) for number in range(40))
+    with closing(iter(receiver.messages())) as messages:
+        assert [next(messages).satellites for _ in range(40)] == list(range(40))
+        device.says(encoded_solution(numSV=99))
+        assert next(messages).satellites == 99
+    assert fake_host(receiver).losses == {}
+
+
 def test_broken_frames_and_payloads_that_are_too_short_are_counted(device: PtyDevice) -> None:
     receiver = gps(device.port)
     short = bytes.fromhex("b5 62 01 07 04 00 00 00 00 00 0c 4d")

@@ -45,7 +45,17 @@ def test_the_packet_of_the_manual_is_read_as_the_manual_reads_it() -> None:
     assert len(turn) == 24
     manual = turn[12:]
     assert np.degrees(manual[[0, -1], 0]) == pytest.approx([324.27, 334.70])
-    assert manual[:3, 1:].tolist() == [[0.224, 228], [0.220, 226], [0.217, 229]]
+    millimetres = [224, 220, 217, 213, 211, 208, 205, 202, 199, 197, 194, 192]
+    confidences = [228, 226, 229, 227, 228, 233, 228, 226, 233, 229, 229, 229]
+    assert manual[:, 1] * 1000 == pytest.approx(millimetres)
+    assert manual[:, 2].tolist() == confidences
+
+
+@pytest.mark.parametrize("place", range(46))
+def test_the_packet_of_the_manual_with_one_bit_wrong_is_none(place: int) -> None:
+    broken = bytearray(OF_THE_MANUAL)
+    broken[place] ^= 1 << place % 8
+    assert crc8(broken[:-1]) != 0x50
 
 
 def test_a_measurement_is_read_as_the_interface_protocol_lays_it_out() -> None:
@@ -54,6 +64,24 @@ def test_a_measurement_is_read_as_the_interface_protocol_lays_it_out() -> None:
     others, again = encoded_node(180 * 64, 8000, 1) * 9, begin + encoded_node(0, 0, 0) * 9
     (turn,) = RplidarParser().feed(rplidar.SCAN_BEGINS + begin + others + again)
     assert turn[:2].tolist() == [[math.pi / 2, 1.0, 0x3E], [math.pi, 2.0, 1]]
+
+
+def test_a_measurement_is_read_as_a_driver_of_others_reads_it() -> None:
+    """What the tests of the Ruby library `rplidar` 0.1 take apart: 6.484375°, 285.25 mm, quality 15, no beginning."""
+    measured = bytes([62, 63, 3, 117, 4])
+    begin = encoded_node(0, 400, 1, begins=True)
+    (turn,) = RplidarParser().feed(rplidar.SCAN_BEGINS + begin + measured * 9 + begin + measured * 9)
+    assert np.degrees(turn[1, 0]) == pytest.approx(6.484375)
+    assert turn[1, 1:].tolist() == [0.28525, 15]
+
+
+def test_the_words_of_the_scan_are_those_of_the_interface_protocol() -> None:
+    """Slamtec, RPLIDAR Interface Protocol and Application Notes, rev. 1.1: STOP, SCAN and the answer's descriptor of
+    five bytes, sent again and again, of the type 0x81."""
+    assert (rplidar.STOP.hex(), rplidar.SCAN.hex()) == ("a525", "a520")
+    begins = rplidar.SCAN_BEGINS
+    described = int.from_bytes(begins[2:6], "little")
+    assert (begins[:2].hex(), described & 0x3FFFFFFF, described >> 30, begins[6]) == ("a55a", 5, 1, 0x81)
 
 
 def test_the_motor_is_set_as_the_makers_programs_set_it() -> None:
@@ -195,20 +223,31 @@ def test_an_rplidar_turns_only_while_it_is_read(device: PtyDevice) -> None:
     assert device.heard() == b"\xa5\x25" + motor_command(0)
 
 
-def test_garbage_is_counted_and_what_comes_faster_than_it_is_read_is_thinned(device: PtyDevice) -> None:
-    lidar = ld19_at("fake")
-    broken = ld19.HEADER + bytes(45)
-    lidar.fake_pieces = lambda: iter([(0.0, LD19_TURNS + broken * 3 + LD19_TURNS)])  # type: ignore[method-assign]
-    next(iter(lidar.scans()))
-    assert fake_host(lidar).losses == {"refused": 3, "thinned": 5}
-
-
-def test_a_scanner_that_is_unplugged_for_thirty_seconds_is_gone_and_then_seen_again(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("make", "turns", "broken", "losses"),
+    [
+        (ld19_at, LD19_TURNS, ld19.HEADER + bytes(45), {"refused": 3, "thinned": 5}),
+        (rplidar_at, RPLIDAR_TURNS, bytes(10), {"refused": 1, "thinned": 6}),
+    ],
+)
+def test_garbage_is_counted_and_what_comes_faster_than_it_is_read_is_thinned(
+    make: Any, turns: bytes, broken: bytes, losses: dict[str, int]
 ) -> None:
-    lidar = rplidar_at(NAME)
+    lidar = make("fake")
+    lidar.fake_pieces = lambda: iter([(0.0, turns + broken * 3 + turns)])
+    next(iter(lidar.scans()))
+    assert fake_host(lidar).losses == losses
+
+
+@pytest.mark.parametrize(
+    ("make", "greeting", "rays"), [(ld19_at, LD19_TURNS[:3800], 450), (rplidar_at, RPLIDAR_TURNS[:3700], 360)]
+)
+def test_a_scanner_that_is_unplugged_for_thirty_seconds_is_gone_and_then_seen_again(
+    make: Any, greeting: bytes, rays: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lidar = make(NAME)
     with plugged_in(monkeypatch) as device, closing(iter(lidar.scans())) as scans:
-        device.greeting = RPLIDAR_TURNS[:3700]
+        device.greeting = greeting
         next(scans)
         device.unplug()
         with pytest.raises(DeviceGone, match=NAME):
@@ -218,8 +257,8 @@ def test_a_scanner_that_is_unplugged_for_thirty_seconds_is_gone_and_then_seen_ag
         with pytest.raises(DeviceGone, match=NAME):
             next(iter(lidar.scans()))
     with plugged_in(monkeypatch) as again, closing(iter(lidar.scans())) as scans:
-        again.greeting = RPLIDAR_TURNS[:3700]
-        assert len(next(scans)) == 360
+        again.greeting = greeting
+        assert len(next(scans)) == rays
 
 
 def test_a_scanner_that_does_not_turn_is_told(device: PtyDevice, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -117,7 +117,9 @@ LOG = """\
 12:00:00 ERROR   connector 'gauge' failed at /a b/gauge.py:11 in Gauge.messages: AttributeError: 'Gauge' object has no \
 attribute 'parms' (plugin.failed); tries again in 0.4 s
     Traceback (most recent call last):
-12:00:01 WARNING connector 'scale': value of a message is no finite number: refused
+12:00:01 WARNING connector 'scale': Scale (/a/scale.py:9) sends 'kg', which is no finite number: refused \
+(plugin.wrong_message)
+12:00:02 WARNING connector 'scale': no scale on /dev/x (plugin.no_device); tries again in 1.0 s
 12:00:00 WARNING something else
 """
 
@@ -129,8 +131,11 @@ def test_a_missing_device_is_the_verdict_on_what_nothing_was_seen_of() -> None:
         "lamp": why,
         "arm": "/a/arm.py:7: ValueError: 3 (plugin.failed)",
         "gauge": "/a b/gauge.py:11: AttributeError: 'Gauge' object has no attribute 'parms' (plugin.failed)",
-        "scale": "value of a message is no finite number: refused",
+        "scale": (
+            wrong := "Scale (/a/scale.py:9) sends 'kg', which is no finite number: refused (plugin.wrong_message)"
+        ),
     }
+    assert with_cause(Result("scale", True, "kg"), wrong) == Result("scale", False, wrong)
     assert with_cause(Result("lamp", True, "takes messages"), why) == Result("lamp", False, why)
     assert with_cause(Result("lamp", False, "nothing arrived in time"), why) == Result("lamp", False, why)
     assert with_cause(Result("lamp", True, "is_on"), why) == Result("lamp", True, "is_on")

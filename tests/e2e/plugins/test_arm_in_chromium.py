@@ -4,14 +4,12 @@ nobody is there any more."""
 from __future__ import annotations
 
 import asyncio
-import os
 from collections.abc import AsyncIterator, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 from support.waiting import wait_for
 
 from mosaic_core.messages import JointState
@@ -68,15 +66,10 @@ def move(page: Page, joint: str, to_rad: float) -> None:
     card(page, "joints").get_by_role("button", name="Move").click()
 
 
-def kept(page: Page, name: str) -> None:
-    if "MOSAIC_E2E_PICTURES" in os.environ:
-        page.screenshot(path=str(Path(os.environ["MOSAIC_E2E_PICTURES"]) / f"arm-{name}.png"), full_page=True)
-
-
 def test_joints_gripper_and_poses_are_moved_on_their_cards(page: Page) -> None:
     move(page, ELBOW, 1.0)
     wait_for(lambda: abs(angle_rad(page, ELBOW) - 1.0) < 0.05, "the elbow is there")
-    card(page, "gripper").get_by_role("slider", name="Opening").fill("0.06")
+    card(page, "gripper").get_by_role("textbox", name="Opening").fill("0.06")
     before = angle_rad(page, "gripper")
     card(page, "gripper").get_by_role("button", name="Move").click()
     wait_for(lambda: abs(angle_rad(page, "gripper") - before) > 0.5, "the gripper opens")
@@ -87,7 +80,7 @@ def test_joints_gripper_and_poses_are_moved_on_their_cards(page: Page) -> None:
     expect(poses.get_by_label("Answer")).to_contain_text("Off by")
     assert abs(angle_rad(page, "shoulder_lift") - 0.5) < 0.15
     expect(page.get_by_role("meter", name="rz")).to_be_visible()
-    kept(page, "moved")
+    photographed(page, "arm-moved")
 
 
 def test_the_motors_go_off_only_if_somebody_says_that_they_hold_the_arm(page: Page) -> None:
@@ -99,7 +92,7 @@ def test_the_motors_go_off_only_if_somebody_says_that_they_hold_the_arm(page: Pa
     freedrive.get_by_role("button", name="Ask", exact=True).click()
     expect(freedrive.get_by_label("Answer")).to_contain_text("falls unless somebody holds")
     expect(card(page, "arm_health")).to_contain_text("the motors are off")
-    kept(page, "free")
+    photographed(page, "arm-free")
     freedrive.get_by_role("switch", name="Motors off").click()
     freedrive.get_by_role("button", name="Ask", exact=True).click()
     expect(freedrive.get_by_label("Answer")).to_contain_text("hold the arm where it is")
@@ -142,7 +135,7 @@ def test_a_stop_holds_the_arm_on_its_way(page: Page, server: Any, seed: Any) -> 
     far_rad = swinging(page)
     page.get_by_test_id("stop").click()
     expect(page.get_by_role("button", name="Hold to clear")).to_be_visible()
-    kept(page, "stopped")
+    photographed(page, "arm-stopped")
     in_thread(lambda: stands_short_of(server, seed, far_rad))
     page.get_by_role("button", name="Hold to clear").hover()
     page.mouse.down()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, expect
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
@@ -38,6 +37,5 @@ def test_a_vehicle_is_seen_and_holds_at_the_first_press_of_ask(
     page.get_by_role("button", name="Ask", exact=True).click()
     expect(page.get_by_label("Answer")).to_contain_text("BRAKE")
     expect(page.get_by_text("BRAKE", exact=True)).to_be_visible()
-    if "SHOT" in os.environ:
-        page.screenshot(path=os.environ["SHOT"])
+    photographed(page, "vehicle")
     page.context.close()

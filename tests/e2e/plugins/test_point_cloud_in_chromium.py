@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,11 +12,10 @@ import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page, Playwright, expect
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
-PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
 POINTS = 60_000
 """Enough for the worker, on a machine that draws with its processor."""
 SOFTWARE_GRAPHICS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -143,5 +141,4 @@ def test_a_depth_camera_is_its_picture_its_depth_in_colours_and_a_cloud(
         assert max(page.evaluate(COLOUR_AT, ["front_depth", 0.01, 0.5])) < 60, "what is not known is black"
         expect(page.get_by_text(re.compile(r"1\d,\d{3} points · [\d.]+ Hz"))).to_be_visible(timeout=20_000)
         expect(page.get_by_text(re.compile(r"^119\.5"))).to_be_visible()
-        if PICTURES:
-            page.screenshot(path=f"{PICTURES}/depth-camera.png")
+        photographed(page, "depth-camera")

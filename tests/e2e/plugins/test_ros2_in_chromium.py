@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser
 from support.devices.ros_side import LOOPBACK, RosNode, RosReader, qos
-from support.people import wait_connected
+from support.people import photographed, wait_connected
 from support.waiting import wait_for
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
@@ -75,6 +75,5 @@ def test_a_node_is_seen_and_driven(
     wait_for(lambda: any(0 < one.linear.x <= 0.5 for one in wheels.take(0.1)), "the wheels turn")
     page.keyboard.up("w")
     wait_for(lambda: any(one.linear.x == 0 for one in wheels.take(0.1)), "the wheels stand")
-    if "SHOT" in os.environ:
-        page.screenshot(path=os.environ["SHOT"])
+    photographed(page, "ros2")
     page.context.close()

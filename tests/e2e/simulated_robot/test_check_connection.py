@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
-from support.people import Driver, wait_connected
+from support.people import Driver, photographed, wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
-PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
-"""A folder for screenshots, for whoever wants to see the pages."""
 
 GATHERING_MS = 6_000
 LINKING_MS = 15_000
@@ -30,11 +26,6 @@ KEEP_SETTLED = """(() => {
 
 BOTH_HAVE_ADDRESSES = """() => window.settled.length === 2
   && window.settled.every(({ localDescription }) => localDescription.sdp.includes(' typ host'))"""
-
-
-def photographed(page: Page, name: str) -> None:
-    if PICTURES:
-        page.screenshot(path=Path(PICTURES) / f"{name}.png")
 
 
 @pytest.fixture

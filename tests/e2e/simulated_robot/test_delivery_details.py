@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import expect
+from support.people import photographed
 
 pytestmark = pytest.mark.e2e
 
 
-def test_the_menu_of_a_card_tells_how_its_data_travels_on_both_sides(driver: Any, tmp_path: Path) -> None:
+def test_the_menu_of_a_card_tells_how_its_data_travels_on_both_sides(driver: Any) -> None:
     page = driver.page
     page.get_by_role("button", name="Menu of pose").click()
     page.get_by_role("menuitem", name="Delivery").click()
@@ -24,6 +23,6 @@ def test_the_menu_of_a_card_tells_how_its_data_travels_on_both_sides(driver: Any
     expect(rate.get_by_role("cell").nth(1)).to_have_text(fast)
     expect(sheet.get_by_text("latest: the newest value only")).to_be_visible()
     expect(page.get_by_test_id("drop-mark")).to_have_count(0)
-    page.screenshot(path=os.environ.get("MOSAIC_SCREENSHOT", str(tmp_path / "delivery.png")))
+    photographed(page, "delivery")
     page.get_by_role("heading", name="battery").click()  # not Escape: twice that is a stop
     expect(sheet).to_have_count(0)

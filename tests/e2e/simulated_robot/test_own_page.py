@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from support.accessibility import LOOKS, Examination
+from support.people import photographed
 from support.processes import free_port, is_listening
 from support.waiting import wait_for
 
@@ -98,7 +99,7 @@ def page(browser: Browser) -> Iterator[Page]:
 
 
 def test_the_documented_page_signs_in_connects_and_shows_a_value_and_a_picture(
-    page: Page, page_url: str, seed: Any, robot: Any, tmp_path: Path
+    page: Page, page_url: str, seed: Any, robot: Any
 ) -> None:
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
@@ -119,7 +120,7 @@ def test_the_documented_page_signs_in_connects_and_shows_a_value_and_a_picture(
     card = page.get_by_role("region", name=re.compile("^battery:"))
     expect(card).to_have_css("border-top-left-radius", "8px")  # the style sheet came along
     expect(card.get_by_text(re.compile(r"\d+ ?%")).first).to_be_visible()
-    page.screenshot(path=os.environ.get("MOSAIC_SCREENSHOT", str(tmp_path / "own_page.png")))
+    photographed(page, "own-page-python")
     assert problems == []
 
 
@@ -177,11 +178,10 @@ def test_the_example_of_thirty_lines_signs_in_and_shows_a_picture_and_a_battery(
 
 def photograph(page: Page, name: str) -> None:
     """For whoever wants to see it: in both colours, and on a phone."""
-    folder = os.environ.get("MOSAIC_E2E_PICTURES")
-    for scheme, (look, size) in enumerate(LOOKS) if folder else ():
+    for scheme, (look, size) in enumerate(LOOKS):
         page.set_viewport_size(size)
         page.emulate_media(color_scheme=look)
-        page.screenshot(path=Path(str(folder)) / f"{name}-{scheme}-{look}.png")
+        photographed(page, f"{name}-{scheme}-{look}")
 
 
 def test_the_example_is_no_longer_than_it_says() -> None:

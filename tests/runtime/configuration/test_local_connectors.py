@@ -105,6 +105,23 @@ def test_a_file_is_run_when_a_type_of_it_is_used_and_the_log_says_so_once(
     assert caplog.messages == [f"runs code of {config.parent / 'connectors' / 'two.py'}"]
 
 
+def test_a_file_that_does_not_import_is_run_and_told_once_for_all_its_types(
+    resolver: Callable[..., ConnectorResolver], config: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    runs = f"with open({str(tmp_path / 'runs')!r}, 'a') as file: file.write('x')\nimport nowhere_at_all\n"
+    both = CONFIGURER.format(name="One", type="one") + CONFIGURER.format(name="Two", type="two")
+    known = resolver(day_one=runs + both)
+    config.write_text("connectors:\n  - { type: one, label: one }\n  - { type: two, label: two }\n")
+    with caplog.at_level(logging.WARNING):
+        (problem,) = validate_file(config, resolver=known).problems
+    assert (problem.line, problem.code) == (2, "config.broken_local")
+    assert "day_one.py:2: ModuleNotFoundError" in problem.message
+    assert (tmp_path / "runs").read_text() == "x"
+    assert [one for one in caplog.messages if "runs code" in one] == [f"runs code of {tmp_path}/connectors/day_one.py"]
+    with pytest.raises(PluginError, match=r"type 'two' of .*day_one\.py:2: ModuleNotFoundError"):
+        known.resolve("two")  # whoever asks for this type alone hears it in full
+
+
 def test_its_params_are_checked_with_their_lines(resolver: Callable[..., ConnectorResolver], config: Path) -> None:
     config.write_text("connectors:\n  - type: arm\n    label: arm\n    params:\n      ofset_rad: 1\n")
     (problem,) = validate_file(config, resolver=resolver(arm=ARM)).problems

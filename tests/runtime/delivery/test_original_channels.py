@@ -101,6 +101,46 @@ def test_the_catalogue_tells_of_the_own_channel_alone(kit: Any) -> None:
     assert cloud.channel.data_type is entry.data_type
 
 
+class Still(DataChannelSendable[bytes]):
+    """Has nothing to do with the cloud beside it."""
+
+    runs = "watched"
+    delivery = Delivery.LATEST
+    runs_now = 0
+
+    def messages(self) -> Iterator[bytes]:
+        self.runs_now += 1
+        try:
+            for _ in self.every(0.01):
+                yield b"still"
+        finally:
+            self.runs_now -= 1
+
+
+async def test_a_channel_for_originals_repeats_the_handler_before_it_wherever_that_stands(kit: Any) -> None:
+    still, channel = Still("picture"), CloudChannel("cloud-0")
+    cloud = Cloud("cloud", channel)
+    connector = kit.connector_of(still, cloud, channel, Still("intrinsics"), label="depth")
+    assert [[one.label for one in group.handlers] for group in connector.groups] == [
+        ["picture"], ["cloud", "cloud-0"], ["intrinsics"],
+    ]  # fmt: skip
+    assert connector.terms_of(channel) == connector.terms_of(cloud) != connector.terms_of(still)
+
+    async with kit.running(connector) as scene:
+        await scene.network.ready()
+        operator = await scene.network.offer()
+        opened = operator.open("cloud-0", "")
+        await kit.until(lambda: len(opened.sent) >= 3)
+        assert (opened.sent[:3], cloud.runs_now, still.runs_now) == ([b"meta", b"one", b"two"], 1, 0)
+
+
+def test_a_channel_for_originals_that_stands_first_repeats_the_first_handler(kit: Any) -> None:
+    channel = CloudChannel("cloud-0")
+    cloud = Cloud("cloud", channel)
+    (group,) = kit.connector_of(channel, cloud, label="cloud").groups
+    assert group.handlers == (cloud, channel)
+
+
 class Scan(DataChannelSendable[bytes]):
     """Bytes for ours, text for original dashboards, on one channel."""
 

@@ -10,9 +10,10 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from mosaic_core import DataChannelSendable
+from mosaic_core import DataChannelSendable, Handler, MediaTrackHandler
 from mosaic_core.laboratory.memory_network import memory_picture
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.machines.timing.failure_course import FailureCourse
@@ -28,7 +29,7 @@ QUICK = BackoffPolicy(first_s=0.02, max_s=0.02, jitter=0.0)
 
 
 class Setup:
-    def __init__(self, handler: DataChannelSendable[Any]) -> None:
+    def __init__(self, handler: Handler) -> None:
         self.sent: list[bytes] = []
         self.failures: list[BaseException] = []
         outbox: Any = SimpleNamespace(post=self._post, is_heard=lambda channel: True)
@@ -139,6 +140,19 @@ async def test_a_body_that_returns_nothing_to_send_is_told_with_its_line(kit: An
     place = f"{__file__}:{Forgets.messages.__code__.co_firstlineno}"
     name = Forgets.messages.__qualname__
     assert str(setup.failures[0]) == f"{name}() ({place}) returned NoneType, and nothing to send. Let it yield."
+
+
+async def test_a_picture_that_is_returned_is_told_once_and_no_row_of_it_is_shown(
+    kit: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Returns(MediaTrackHandler):
+        def frames(self) -> Any:
+            return np.zeros((4, 6, 3), np.uint8)
+
+    async with Setup(Returns("eye")) as setup:
+        await kit.until(lambda: len(setup.failures) > 1)
+    told = [record for record in caplog.records if "and no stream" in record.message]
+    assert [record.levelname for record in told if record.levelname != "DEBUG"] == ["ERROR"]
 
 
 async def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:

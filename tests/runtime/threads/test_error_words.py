@@ -49,3 +49,28 @@ def test_many_mistakes_are_bounded() -> None:
     with pytest.raises(ValueError, match="validation error") as caught:
         FieldBounds(**dict.fromkeys("abcdefgh", 1))
     assert said_by(caught.value).count("unknown key") == 4
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("from mosaic_core import DataChanelSendable", "did you mean 'DataChannelSendable'?"),
+        (
+            "from mosaic_core.contract import DataChanelSendable",
+            "did you mean `from mosaic_core import DataChannelSendable`?",
+        ),
+        ("from mosaic_core.contract import Message", "did you mean `from mosaic_core import Message`?"),
+        ("from mosaic_core.contract import JointStat", "did you mean `from mosaic_core.messages import JointState`?"),
+        ("from mosaic_core.messages import BateryState", "did you mean 'BatteryState'?"),
+        ("from mosaic_core.testing import colect", "did you mean 'collect'?"),
+        ("from json import lods", "did you mean 'loads'?"),
+        ("import mosaic_core.message", "did you mean 'mosaic_core.messages'?"),
+        ("from mosaic_core import qqqqqq", ""),
+        ("import mosaic_core.qqqqqq", ""),
+        ("import qqqqqq", ""),
+    ],
+)
+def test_an_import_that_fails_is_told_with_what_was_meant(written: str, meant: str) -> None:
+    with pytest.raises(ImportError) as caught:
+        exec(written)  # noqa: S102 - an import as an author writes it
+    assert said_by(caught.value) == f"{type(caught.value).__name__}: {caught.value}" + (f"; {meant}" if meant else "")

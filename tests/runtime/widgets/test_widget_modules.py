@@ -106,6 +106,18 @@ def test_a_missing_file_is_told_with_distribution_and_path(install_arm: InstallA
     assert announced_module("acme-arm/ArmPanel") is None
 
 
+def test_the_place_of_a_missing_file_is_beside_the_code_and_not_beside_the_metadata(
+    install_distribution: InstallDistribution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = tmp_path / "source" / "acme_arm" / "widgets"
+    code.mkdir(parents=True)
+    (code.parent / "__init__.py").touch()
+    monkeypatch.syspath_prepend(code.parents[1])
+    install_distribution("acme-arm", entry_points={"mosaic.widgets": {"acme-arm": "acme_arm.widgets"}})
+    (error,) = [one for one in installed_modules() if isinstance(one, PluginError)]
+    assert error.message == f"acme-arm 1.0.0 has no file {code / 'acme-arm.js'}"
+
+
 def test_a_distribution_installed_from_its_sources_has_its_file_beside_its_code(
     install_distribution: InstallDistribution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

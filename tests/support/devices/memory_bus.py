@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from mosaic_core.testing import FakeClock
-from mosaic_ros2.bus.bus import Arrived, BusError, HeardEndpoint, ServiceCaller
+from mosaic_ros2.bus.bus import Arrived, BusError, HeardEndpoint, NotTaken, ServiceCaller
 from mosaic_ros2.bus.qos import QosProfile, misfits
 from mosaic_ros2.bus.shared_bus import BusChoice, SharedBus
 
@@ -28,6 +28,10 @@ class MemoryBus:
         self.published: list[bytes] = []
         self.readers = 1
         self.fails = False
+        """Nothing can be opened, and whatever is written to is lost."""
+        self.is_slow = False
+        """Subscriptions find no room for messages."""
+        self.opened = 0
         self.learns = ""
         self._script: deque[tuple[float, Callable[[], object]]] = deque()
 
@@ -68,6 +72,7 @@ class MemoryBus:
     def publish(self, topic: str, type_name: str, qos: QosProfile) -> MemoryPublication:
         if self.fails:
             raise BusError("the bus is away")
+        self.opened += 1
         return MemoryPublication(self)
 
     def caller(self, service: str, type_name: str) -> ServiceCaller:
@@ -105,10 +110,14 @@ class MemorySubscription:
 class MemoryPublication:
     def __init__(self, bus: MemoryBus) -> None:
         self._bus = bus
+        self._is_lost = False
 
     def write(self, data: bytes) -> None:
-        if self._bus.fails:
+        self._is_lost |= self._bus.fails
+        if self._is_lost:
             raise BusError("the bus is away")
+        if self._bus.is_slow:
+            raise NotTaken("no room")
         self._bus.published.append(data)
 
     @property

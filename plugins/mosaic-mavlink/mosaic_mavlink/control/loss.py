@@ -13,8 +13,9 @@ from pydantic import Field
 from mosaic_core.contract.handler import Refused
 from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.link.flight_modes import LossAction, action_mode, mode_order
-from mosaic_mavlink.link.vehicle import Outgoing, VehicleFacts
+from mosaic_mavlink.link.flight_modes import LossAction, action_mode
+from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.vehicle import VehicleFacts
 from mosaic_mavlink.params import VehicleParams
 
 STILL_FOR_S = 5.0
@@ -56,6 +57,7 @@ class LossGuard:
         self._contact = contact
         self._action: LossAction = params.on_loss
         self._after_s = params.on_loss_after_s
+        contact.vehicle.firmware.want(params.on_loss)
         self._lock = threading.Lock()
         self._mode: str | None = None
         self._moves = False
@@ -102,6 +104,5 @@ class LossGuard:
         if facts is None or facts.mode != mode or self._action == "none":
             return
         name = action_mode(facts.kind, action)
-        order = mode_order(facts.kind, name) if name is not None else None
-        if order is not None:
-            self._contact.vehicle.insist(order, self._contact.now_s(), after_s)
+        if name is not None:
+            self._contact.vehicle.insist(name, self._contact.now_s(), after_s)

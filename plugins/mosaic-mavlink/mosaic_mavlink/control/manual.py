@@ -16,7 +16,7 @@ from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import VehicleClass, stick_modes
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 
 FULL = 1000

@@ -18,7 +18,7 @@ from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import follows_velocities, guided_mode
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 from mosaic_mavlink.telemetry.frames import flu_of_frd
 

@@ -13,7 +13,7 @@ from mosaic_mavlink.fake.body import HOME_ALTITUDE_M, FakeBody
 from mosaic_mavlink.fake.memory import FakeMission, FakeParameters
 from mosaic_mavlink.fake.reports import REPORTS, FakeInstruments
 from mosaic_mavlink.link.flight_modes import guided_mode, mode_name, mode_order, stick_modes, vehicle_class
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 
 TYPES = {
     "copter": (words.MAV_TYPE_QUADROTOR, words.MAV_AUTOPILOT_ARDUPILOTMEGA, "LOITER"),
@@ -47,6 +47,9 @@ class FakeAutopilot:
         self.armed = False
         self.is_ready = True
         """Whether the checks before arming pass."""
+        self.firmware = (4, 7)
+        self.lacks: set[str] = set()
+        """Modes that its firmware does not have."""
         self.custom_mode = 0
         self._enter(mode)
         self.periods_s: dict[str, float] = dict(_PERIODS_S)
@@ -115,6 +118,8 @@ class FakeAutopilot:
         if kind == "COMMAND_LONG":
             result = self._command(message)
             yield "command_ack", {"command": message.command, "result": result}
+            if message.command == words.MAV_CMD_REQUEST_MESSAGE and result == _ACCEPTED:
+                yield _version(self.firmware)
         elif kind == "SET_POSITION_TARGET_LOCAL_NED":
             self._velocity(message, now_s)
         elif kind == "MANUAL_CONTROL":
@@ -140,6 +145,8 @@ class FakeAutopilot:
                 return _ACCEPTED if self._enter("RTL") else _UNSUPPORTED
             case words.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
                 return self._reboot()
+            case words.MAV_CMD_REQUEST_MESSAGE if message.param1 == words.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+                return _ACCEPTED
         return _UNSUPPORTED
 
     def _rate(self, number: int, period_us: float) -> int:
@@ -162,7 +169,7 @@ class FakeAutopilot:
     def _set_mode(self, custom: int, sub: int) -> int:
         number = custom << 16 | sub << 24 if self.vehicle_class == "px4" else custom
         name = mode_name(self.vehicle_class, number)
-        return _ACCEPTED if self._enter(name) else _DENIED
+        return _ACCEPTED if name not in self.lacks and self._enter(name) else _DENIED
 
     def _take_off(self, altitude_m: float) -> int:
         may = self.armed and self.body.flies and self.mode == guided_mode(self.vehicle_class)
@@ -194,3 +201,12 @@ class FakeAutopilot:
             self.body.right_mps = 0.0 if is_rover else message.y / 200
             self.body.up_mps = 0.0 if is_rover else (message.z - 500) / 250
             self.body.yaw_radps = (message.y if is_rover else message.r) / 1000
+
+
+def _version(firmware: tuple[int, int]) -> Outgoing:
+    zeros = {f"{part}_sw_version": 0 for part in ("middleware", "os")}
+    customs = {f"{part}_custom_version": [0] * 8 for part in ("flight", "middleware", "os")}
+    return "autopilot_version", {
+        "capabilities": 0, "uid": 0, "flight_sw_version": firmware[0] << 24 | firmware[1] << 16, **zeros, **customs,
+        "board_version": 0, "vendor_id": 0, "product_id": 0,
+    }  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 
 REAL32, INT32 = words.MAV_PARAM_TYPE_REAL32, words.MAV_PARAM_TYPE_INT32
 MAX_ITEMS = 200

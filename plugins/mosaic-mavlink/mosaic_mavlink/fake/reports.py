@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.fake.body import HOME, HOME_ALTITUDE_M, FakeBody
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 
 _SENSORS = (
     words.MAV_SYS_STATUS_SENSOR_3D_GYRO | words.MAV_SYS_STATUS_SENSOR_3D_ACCEL | words.MAV_SYS_STATUS_SENSOR_GPS

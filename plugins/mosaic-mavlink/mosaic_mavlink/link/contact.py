@@ -9,7 +9,8 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.link import MavlinkLink
-from mosaic_mavlink.link.vehicle import Outgoing, Vehicle, VehicleFacts
+from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.vehicle import Vehicle, VehicleFacts
 from mosaic_mavlink.params import VehicleParams
 
 

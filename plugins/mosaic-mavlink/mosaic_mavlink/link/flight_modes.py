@@ -49,6 +49,20 @@ _STICKS: dict[VehicleClass, frozenset[str]] = {
 }
 """Modes in which centred sticks are harmless. A copter in STABILIZE holds no height by itself, so it is not here."""
 
+Firmware: TypeAlias = tuple[int, int]
+"""Major and minor version, as ``AUTOPILOT_VERSION`` tells them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Replacement:
+    """The mode that is ordered where the firmware is older than ``since``, and where it refuses the other one."""
+
+    mode: str
+    since: Firmware
+
+
+_REPLACEMENTS: dict[tuple[VehicleClass, str], Replacement] = {("plane", "AUTOLAND"): Replacement("RTL", (4, 7))}
+
 
 @dataclass(frozen=True, slots=True)
 class ModeOrder:
@@ -118,3 +132,14 @@ def stick_modes(kind: VehicleClass) -> frozenset[str]:
 def action_mode(kind: VehicleClass, action: LossAction) -> str | None:
     """The mode for an action on loss; ``None``: this vehicle knows no such thing."""
     return _ACTIONS.get(kind, {}).get(action)
+
+
+def replacement(kind: VehicleClass, mode: str) -> Replacement | None:
+    """What is ordered where this vehicle does not have ``mode``; ``None``: every firmware has it."""
+    return _REPLACEMENTS.get((kind, mode))
+
+
+def ordered_mode(kind: VehicleClass, mode: str, firmware: Firmware | None) -> str:
+    """What to order for ``mode``: its replacement where the firmware is known to be too old."""
+    other = replacement(kind, mode)
+    return other.mode if other is not None and firmware is not None and firmware < other.since else mode

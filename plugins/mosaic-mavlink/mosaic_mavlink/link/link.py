@@ -20,8 +20,9 @@ from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.address import LinkAddress, Source, link_address
 from mosaic_mavlink.link.codec import Codec, signing_key
 from mosaic_mavlink.link.opening import opened_port
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.link.ports import Port
-from mosaic_mavlink.link.vehicle import Outgoing, Vehicle
+from mosaic_mavlink.link.vehicle import Vehicle
 from mosaic_mavlink.params import VehicleParams
 
 _log = logging.getLogger(__name__)
@@ -86,7 +87,7 @@ class MavlinkLink:
         """The vehicle that ``params`` mean; made once."""
         key = (params.system_id, params.component_id)
         if key not in self._vehicles:
-            self._vehicles[key] = Vehicle(*key, params.heartbeat_timeout_s)
+            self._vehicles[key] = Vehicle(*key, params.heartbeat_timeout_s, self.own_system_id)
         return self._vehicles[key]
 
     def require(self, vehicle: Vehicle) -> bool:

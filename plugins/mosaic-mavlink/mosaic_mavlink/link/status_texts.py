@@ -28,7 +28,7 @@ class StatusText:
 
 
 class StatusTexts:
-    """The newest texts of a vehicle. ``hear`` on one thread; ``since`` on any."""
+    """The newest texts of a vehicle. ``hear`` and ``note`` on one thread; ``since`` on any."""
 
     def __init__(self, wall_us: Callable[[], int] = wall_time_us) -> None:
         self._wall_us = wall_us
@@ -54,6 +54,11 @@ class StatusTexts:
         if len(text) < CHUNK_CHARACTERS or len(parts) >= MAX_CHUNKS:
             self._close()
 
+    def note(self, level: Level, text: str) -> None:
+        """Add a text of ours, for those who read what the vehicle says."""
+        self.count += 1
+        self._kept.append(StatusText(self.count, level, text, self._wall_us()))
+
     def _close(self) -> None:
         if self._open is not None:
             _, severity, parts = self._open
@@ -61,9 +66,7 @@ class StatusTexts:
             self._add(severity, "".join(parts))
 
     def _add(self, severity: int, text: str) -> None:
-        self.count += 1
-        level = _LEVELS[min(severity, len(_LEVELS) - 1)]
-        self._kept.append(StatusText(self.count, level, text, self._wall_us()))
+        self.note(_LEVELS[min(severity, len(_LEVELS) - 1)], text)
 
     def since(self, number: int) -> list[StatusText]:
         """Those after ``number``, as far as they are kept."""

@@ -4,29 +4,30 @@ own: the link's thread calls :meth:`Vehicle.hear` and :meth:`Vehicle.tick`; the 
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_core.messages import wall_time_us
 from mosaic_mavlink.link.codec import named
-from mosaic_mavlink.link.flight_modes import ModeOrder, VehicleClass, mode_name, vehicle_class
+from mosaic_mavlink.link.firmware import FirmwareQuestion
+from mosaic_mavlink.link.flight_modes import VehicleClass, mode_name, ordered_mode, vehicle_class
+from mosaic_mavlink.link.mode_insistence import ModeInsistence
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.link.status_texts import StatusTexts
 from mosaic_mavlink.link.wanted_rates import WantedRates
 
-Outgoing: TypeAlias = tuple[str, dict[str, Any]]
-"""A message by its name in small letters, and its fields without the target."""
+_log = logging.getLogger(__name__)
 
 INBOX_MESSAGES = 512
 REPEAT_S = 0.2
 """A velocity is said again so often: PX4 wants two a second, ArduPilot one in three seconds."""
-INSIST_S = 0.5
-INSIST_FOR_S = 10.0
 _BY_ID = {"DISTANCE_SENSOR", "BATTERY_STATUS"}
 """Several devices send these: each has its own latest one."""
 
@@ -57,14 +58,6 @@ class VehicleFacts:
 
 
 @dataclass(slots=True)
-class _Insistence:
-    order: ModeOrder
-    while_mode: str
-    until_s: float
-    next_s: float
-
-
-@dataclass(slots=True)
 class _Stream:
     message: Outgoing
     until_s: float
@@ -86,31 +79,21 @@ class HeardMessages:
             return None
 
 
-def mode_message(order: ModeOrder) -> Outgoing:
-    """The command that enters a mode."""
-    numbers = (order.base, order.custom, order.sub, 0, 0, 0, 0)
-    return command_message(words.MAV_CMD_DO_SET_MODE, numbers)
-
-
-def command_message(command: int, params: Iterable[float], confirmation: int = 0) -> Outgoing:
-    """A ``COMMAND_LONG`` with seven params."""
-    named_params = {f"param{place}": float(value) for place, value in enumerate(params, 1)}
-    return "command_long", {"command": command, "confirmation": confirmation, **named_params}
-
-
 class Vehicle:
     """One vehicle of a link. ``system_id`` 0: the first autopilot that is heard, and from then on only that one."""
 
-    def __init__(self, system_id: int, component_id: int, timeout_s: float) -> None:
+    def __init__(self, system_id: int, component_id: int, timeout_s: float, own_system_id: int) -> None:
         self.wanted_id = system_id
         self.component_id = component_id
         self.timeout_s = timeout_s
+        self._own_id = own_system_id
         self.texts = StatusTexts()
         self.rates = WantedRates()
+        self.firmware = FirmwareQuestion()
         self.facts: VehicleFacts | None = None
         self._latest: dict[str, Heard] = {}
         self._inboxes: tuple[HeardMessages, ...] = ()
-        self._insistence: _Insistence | None = None
+        self._insistence = ModeInsistence(self._tell)
         self._stream: _Stream | None = None
         self._lock = threading.Lock()
 
@@ -128,8 +111,7 @@ class Vehicle:
             self._beat(message, now_s)
         if self.facts is None:
             return
-        if kind == "STATUSTEXT":
-            self.texts.hear(message)
+        self._take_up(kind, message, now_s)
         key = f"{kind}:{message.id}" if kind in _BY_ID else kind
         before = self._latest.get(key)
         self._latest[key] = Heard(message, now_s, wall_time_us(), before.number + 1 if before else 1)
@@ -138,12 +120,35 @@ class Vehicle:
             if kind in inbox.kinds and not inbox.waiting.full():
                 inbox.waiting.put_nowait(message)
 
+    def _take_up(self, kind: str, message: Any, now_s: float) -> None:
+        """What the vehicle keeps of some kinds besides the message itself."""
+        assert self.facts is not None
+        if kind == "STATUSTEXT":
+            self.texts.hear(message)
+        elif kind == "AUTOPILOT_VERSION":
+            for text in self.firmware.hear(message, self.facts.kind):
+                self._tell(text)
+        elif self._is_answer(message, words.MAV_CMD_DO_SET_MODE):
+            self._insistence.acknowledged(message.result, self.facts.kind, now_s)
+
+    def _is_answer(self, message: Any, command: int) -> bool:
+        """Whether it acknowledges a ``command`` of ours; other ground stations ask too."""
+        if message.get_type() != "COMMAND_ACK" or message.command != command:
+            return False
+        return message.target_system in (0, self._own_id)
+
+    def _tell(self, text: str) -> None:
+        """Tell people, in the robot's log and among the vehicle's own texts."""
+        _log.warning("vehicle %d: %s", self.facts.system_id if self.facts is not None else self.wanted_id, text)
+        self.texts.note("warn", text)
+
     def _beat(self, message: Any, now_s: float) -> None:
         if message.autopilot == words.MAV_AUTOPILOT_INVALID or message.type == words.MAV_TYPE_GCS:
             return
         kind = vehicle_class(message.autopilot, message.type)
         if self.facts is None or not self.is_present(now_s):
             self.rates.ask_again()  # one that has booted anew has forgotten what it was asked
+            self.firmware.ask_again()
         self.facts = VehicleFacts(
             message.get_srcSystem(), message.get_srcComponent(), kind,
             named("MAV_AUTOPILOT", message.autopilot), named("MAV_TYPE", message.type),
@@ -152,23 +157,12 @@ class Vehicle:
         )  # fmt: skip
 
     def tick(self, now_s: float) -> list[Outgoing]:
-        """What is to be sent now: rates that are asked for, the mode that is insisted on, the velocity once more."""
-        if not self.is_present(now_s):
+        """What is to be sent now: what is asked for, the mode that is insisted on, the velocity once more."""
+        facts = self.facts
+        if facts is None or not self.is_present(now_s):
             return []
-        return [*self.rates.requests(now_s), *self._insisted(now_s), *self._streamed(now_s)]
-
-    def _insisted(self, now_s: float) -> Iterator[Outgoing]:
-        with self._lock:
-            one, facts = self._insistence, self.facts
-            if one is None or facts is None:
-                return
-            if now_s > one.until_s or facts.mode != one.while_mode:
-                self._insistence = None  # it is there, or somebody with a transmitter decided otherwise
-                return
-            if now_s < one.next_s:
-                return
-            one.next_s = now_s + INSIST_S
-        yield mode_message(one.order)
+        asked = (*self.rates.requests(now_s), *self.firmware.requests(facts.kind, now_s))
+        return [*asked, *self._insistence.orders(facts.kind, facts.mode, now_s), *self._streamed(now_s)]
 
     def _streamed(self, now_s: float) -> Iterator[Outgoing]:
         with self._lock:
@@ -213,18 +207,17 @@ class Vehicle:
         with self._lock:
             self._stream = None
 
-    def insist(self, order: ModeOrder, now_s: float, after_s: float = 0.0) -> None:
-        """Order a mode ``after_s`` from now, until the vehicle has left the one that it is in, or 10 s are over."""
-        with self._lock:
-            if self.facts is not None:
-                begins_s = now_s + after_s
-                self._insistence = _Insistence(order, self.facts.mode, begins_s + INSIST_FOR_S, begins_s)
+    def insist(self, mode: str, now_s: float, after_s: float = 0.0) -> None:
+        """Order a mode ``after_s`` from now, until the vehicle has left the one that it is in, or 10 s are over; its
+        replacement where the firmware does not have it."""
+        facts = self.facts
+        if facts is not None:
+            self._insistence.begin(ordered_mode(facts.kind, mode, self.firmware.version), facts.mode, now_s + after_s)
 
     def give_way(self) -> None:
         """Somebody commands anew: insist on nothing."""
-        with self._lock:
-            self._insistence = None
+        self._insistence.give_way()
 
     @property
     def is_insisting(self) -> bool:
-        return self._insistence is not None
+        return self._insistence.is_going_on

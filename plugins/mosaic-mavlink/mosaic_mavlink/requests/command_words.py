@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.link.codec import named
+from mosaic_mavlink.link.outgoing import Outgoing, command_message
 from mosaic_mavlink.link.status_texts import printable
-from mosaic_mavlink.link.vehicle import Outgoing, command_message
 from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, TellProgress
 
 REASON_S = 0.6

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.link.codec import named
-from mosaic_mavlink.link.vehicle import Outgoing
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.requests.conversation import (
     Concluded,
     Conversation,

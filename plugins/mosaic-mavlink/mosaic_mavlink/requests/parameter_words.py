@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
+from mosaic_mavlink.link.outgoing import Outgoing
 from mosaic_mavlink.link.status_texts import printable
-from mosaic_mavlink.link.vehicle import Outgoing
 from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, TellProgress
 
 MAX_PARAMETERS = 5000
@@ -32,7 +32,7 @@ SAME = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ParameterValue:
-    """One parameter. ``number``: its ``MAV_PARAM_TYPE``."""
+    """One parameter. ``value``: also NaN or infinite, as the vehicle tells it. ``number``: its ``MAV_PARAM_TYPE``."""
 
     name: str
     value: float
@@ -48,7 +48,7 @@ def read_value(message: Any, *, bytewise: bool) -> ParameterValue:
     value, layout = message.param_value, _WHOLE.get(message.param_type)
     if bytewise and layout is not None:
         value = float(struct.unpack_from(f"<{layout}", struct.pack("<f", value))[0])
-    return ParameterValue(printable(message.param_id), value if math.isfinite(value) else 0.0, message.param_type)
+    return ParameterValue(printable(message.param_id), value, message.param_type)
 
 
 def written_value(value: float, number: int, *, bytewise: bool) -> float:

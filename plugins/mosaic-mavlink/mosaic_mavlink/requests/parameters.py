@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -13,7 +14,12 @@ from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.params import EXAMPLE, TRIAL, VehicleParams
 from mosaic_mavlink.requests.conversation import Conversation
 from mosaic_mavlink.requests.converse import conversed
-from mosaic_mavlink.requests.parameter_words import GetParameter, ListParameters, SetParameter
+from mosaic_mavlink.requests.parameter_words import (
+    GetParameter,
+    ListParameters,
+    ParameterValue,
+    SetParameter,
+)
 
 
 class ParameterQuestion(Message):
@@ -36,8 +42,9 @@ class VehicleParameter(Message):
     """One parameter."""
 
     name: str
-    value: float = Field(json_schema_extra=unit(""))
+    value: float | None = Field(json_schema_extra=unit(""), description="null: no number, see `said`.")
     whole: bool = Field(description="It takes whole numbers only.")
+    said: str = Field(default="", description="What the vehicle tells in place of a number: nan, inf or -inf.")
 
 
 class ParameterAnswer(Message):
@@ -62,8 +69,13 @@ class MavlinkParameters(RequestHandler[ParameterQuestion, ParameterAnswer]):
         """On the handler's own thread."""
         bytewise = self._contact.facts().kind == "px4"
         found = conversed(self._contact, _conversation(question, bytewise=bytewise), request)
-        told = [VehicleParameter(name=one.name, value=one.value, whole=one.is_whole) for one in found]
-        return ParameterAnswer(parameters=told)
+        return ParameterAnswer(parameters=[_told(one) for one in found])
+
+
+def _told(one: ParameterValue) -> VehicleParameter:
+    if math.isfinite(one.value):
+        return VehicleParameter(name=one.name, value=one.value, whole=one.is_whole)
+    return VehicleParameter(name=one.name, value=None, whole=one.is_whole, said=f"{one.value}")
 
 
 def _conversation(question: ParameterQuestion, *, bytewise: bool) -> Conversation:

@@ -20,6 +20,10 @@ class BusError(DeviceGone):
     """The middleware is not there, or refuses something: the connector tries again."""
 
 
+class NotTaken(BusError):
+    """One message found no room, because subscriptions are too slow. The publication goes on as it is."""
+
+
 @dataclass(frozen=True, slots=True)
 class Arrived:
     """A message that came. ``sent_at_ns``: its publisher's wall clock, since 1970; 0: not known."""
@@ -59,11 +63,12 @@ class Publication(Protocol):
     """Sends messages on one topic."""
 
     def write(self, data: bytes) -> None:
-        """Send one message. Blocks for some milliseconds at most. Raises :class:`BusError` if it was not taken."""
+        """Send one message. Blocks for some milliseconds at most. Raises :class:`NotTaken`, and another
+        :class:`BusError` where the publication is lost and has to be opened again."""
 
     @property
     def readers(self) -> int:
-        """How many subscriptions hear it now."""
+        """How many subscriptions hear it now. Raises :class:`BusError` where the publication is lost."""
 
     def close(self) -> None:
         """Publish no more."""

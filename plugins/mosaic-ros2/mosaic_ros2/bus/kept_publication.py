@@ -1,5 +1,9 @@
 """Keeps a publication open for the robot's life, so that its subscribers have found it before the first command, and
-opens it again after a failure.
+opens it again when it can't be opened or fails.
+
+Three threads meet here: a *receiver's* calls :meth:`KeptPublication.send`, the robot's *safety* thread
+:meth:`KeptPublication.send_whatever`, and one of our own, the *keeper*, opens the publication and closes it. One that
+was lost after a command owes its subscribers what makes the robot safe: they may still carry out what they heard last.
 """
 
 from __future__ import annotations
@@ -11,23 +15,22 @@ from types import TracebackType
 from typing import Self
 
 from mosaic_core.contract.handler import Refused
-from mosaic_core.words.errors import MosaicError
-from mosaic_ros2.bus.bus import BusError, Publication
+from mosaic_ros2.bus.bus import BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
-from mosaic_ros2.definitions.definition import DefinitionError
 
 _log = logging.getLogger(__name__)
 
-RETRY_S = 2.0
+RETRY_S = (0.5, 1.0, 2.0, 5.0)
+"""Waits between attempts to open it; the last one repeats. A network that is set up again is there within seconds."""
+OWED_S = 0.1
+"""So often it is looked whether somebody hears what is owed."""
 JOIN_S = 1.0
+_NOT_YET = "it is not open yet"
 
 
 class KeptPublication:
-    """Publishes on one topic. Enter it with the robot; entering never fails and never blocks.
-
-    The receiver's thread calls :meth:`send`, the safety thread :meth:`send_whatever`, a thread of its own opens it.
-    """
+    """Publishes on one topic. Enter it with the robot; entering never fails and never blocks."""
 
     def __init__(self, shared: SharedBus, topic: str, type_name: str, qos: QosProfile) -> None:
         self.topic = topic
@@ -38,7 +41,9 @@ class KeptPublication:
         self._publication: Publication | None = None
         self._farewell: Callable[[], bytes | None] = lambda: None
         self._was_sent = False
-        self._problem = "it is not open yet"
+        self._is_owing = False
+        self._problem = _NOT_YET
+        self._attempts = 0
         self._is_closing = False
         self._keeper: threading.Thread | None = None
 
@@ -58,7 +63,7 @@ class KeptPublication:
             self._keeper.join(JOIN_S)
 
     def end_with(self, farewell: Callable[[], bytes | None]) -> None:
-        """What is published last when the robot ends, if any command was."""
+        """What makes the robot safe: published last when it ends, and first after a loss, if any command was."""
         self._farewell = farewell
 
     def wait_until_heard(self, timeout_s: float) -> bool:
@@ -80,46 +85,99 @@ class KeptPublication:
         publication = self._publication
         if publication is None:
             raise Refused("plugin.no_device", f"{self.topic} is not open: {self._problem}")
-        if not publication.readers and not self._qos.is_latched:
-            raise Refused("plugin.no_device", f"nobody subscribes to {self.topic}; start the node that shall take it")
-        self._was_sent = True
         try:
+            if not self._is_heard(publication):
+                cure = "start the node that shall take it"
+                raise Refused("plugin.no_device", f"nobody subscribes to {self.topic}; {cure}")
+            self._pay(publication)
+            self._was_sent = True
             publication.write(data)
         except BusError as error:
+            self._lose(publication, error)
             raise Refused("plugin.no_device", error.message) from error
+        self._attempts = 0
 
     def send_whatever(self, data: bytes) -> None:
         """Publish what brings the robot into a safe state, heard or not. Raises :class:`BusError`: to be tried
         again."""
         publication = self._publication
         if publication is not None:
-            publication.write(data)
+            try:
+                publication.write(data)
+            except BusError as error:
+                self._lose(publication, error)
+                raise
+        elif self._is_owing and not self._is_closing:
+            raise BusError(f"{self.topic} is not open: {self._problem}")
+
+    def _is_heard(self, publication: Publication) -> bool:
+        return self._qos.is_latched or publication.readers > 0
+
+    def _pay(self, publication: Publication) -> None:
+        """Publish what is owed, where somebody hears it."""
+        with self._changed:
+            if self._is_owing and self._is_heard(publication):
+                self._say_last(publication)
+                self._is_owing = False
+
+    def _say_last(self, publication: Publication) -> None:
+        last = self._farewell()
+        if last is not None:
+            publication.write(last)
+
+    def _lose(self, publication: Publication, error: BusError) -> None:
+        """Let the keeper open it again, unless it only was too much for its subscriptions."""
+        if isinstance(error, NotTaken):
+            return
+        with self._changed:
+            if self._publication is publication:
+                _log.error("lost the publication on %s: %s; opening it again", self.topic, error)
+                self._publication, self._problem = None, error.message
+                self._is_owing = self._was_sent
+                self._changed.notify_all()
 
     def _keep(self) -> None:
         while True:
-            try:
-                opened = self._shared.joined().publish(self.topic, self._type_name, self._qos)
-            except (MosaicError, DefinitionError) as error:
-                with self._changed:
-                    if self._problem != str(error):
-                        self._problem = str(error)
-                        _log.error("can't publish on %s: %s; trying again", self.topic, error)
-                    if self._changed.wait_for(lambda: self._is_closing, RETRY_S):
-                        return
-                continue
+            opened = self._opened()
+            if opened is not None:
+                self._attend(opened)
+                self._end(opened)
+            retry_s = RETRY_S[min(self._attempts, len(RETRY_S) - 1)]
+            self._attempts += 1
             with self._changed:
-                self._publication = opened
-                self._changed.notify_all()
-                self._changed.wait_for(lambda: self._is_closing)
-                self._publication = None  # first: no command begins after the last message
-            self._end(opened)
-            return
+                if self._changed.wait_for(lambda: self._is_closing, retry_s):
+                    return
+
+    def _opened(self) -> Publication | None:
+        try:
+            return self._shared.joined().publish(self.topic, self._type_name, self._qos)
+        except Exception as error:  # noqa: BLE001 - its thread must not end: middlewares raise whatever comes of a network
+            with self._changed:
+                if self._problem != str(error):
+                    self._problem = str(error)
+                    _log.error("can't publish on %s: %s; trying again", self.topic, error)
+            return None
+
+    def _attend(self, publication: Publication) -> None:
+        """Wait until it is lost or the robot ends."""
+        with self._changed:
+            if self._problem != _NOT_YET:
+                _log.warning("%s is open now", self.topic)
+            self._publication, self._problem = publication, _NOT_YET
+            self._changed.notify_all()
+            while not self._changed.wait_for(
+                lambda: self._is_closing or self._publication is not publication, OWED_S if self._is_owing else None
+            ):
+                try:
+                    self._pay(publication)
+                except BusError as error:
+                    self._lose(publication, error)
+            self._publication = None  # first: no command begins after the last message
 
     def _end(self, publication: Publication) -> None:
-        last = self._farewell() if self._was_sent else None
         try:
-            if last is not None:
-                publication.write(last)
+            if self._is_closing and self._was_sent:
+                self._say_last(publication)
         except BusError as error:
             _log.error("the last message on %s was not taken: %s", self.topic, error)
         publication.close()

@@ -7,7 +7,7 @@ import logging
 from mosaic_core import DeviceGone
 from mosaic_core.contract.data_tap import TappedMessage
 from mosaic_core.messages import Diagnostic
-from mosaic_ros2.bus.bus import Bus, BusError, Publication
+from mosaic_ros2.bus.bus import Bus, BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import PROFILES, QosChoice, QosProfile
 from mosaic_ros2.cdr.encoding import Encoder
 from mosaic_ros2.connectors.bridged_types import BridgedType, compact_type
@@ -57,18 +57,25 @@ class BridgedChannel:
             self._publication.close()
 
     def take(self, message: TappedMessage, bus: Bus) -> bool:
-        """Publish it; ``False``: it could not become a message of ROS, or was not taken."""
+        """Publish it; ``False``: it could not become a message of ROS, or was not taken. Raises :class:`BusError` where
+        the topic is lost: the connector begins anew."""
         try:
             if self._kind is None:
                 self._kind = compact_type(message.payload)
             if self._publication is None:
-                self.open(bus)
+                self._open_late(bus)
             self._publish(message, self._kind)
-        except (ValueError, BusError) as error:  # of pydantic, of CDR, and what no number can be
+        except (ValueError, NotTaken) as error:  # of pydantic, of CDR, and what no number can be
             self._complain(str(error))
             return False
         self._problem = ""
         return True
+
+    def _open_late(self, bus: Bus) -> None:
+        try:
+            self.open(bus)
+        except BusError as error:
+            raise NotTaken(error.message, error.cure) from error
 
     def _publish(self, message: TappedMessage, kind: BridgedType) -> None:
         """Where nobody would hear it there is nothing to do."""

@@ -29,11 +29,11 @@ _READERS: dict[str, Callable[[bytes], PointCloud]] = {
 def read_cloud(path: Path) -> PointCloud:
     """The cloud in a PLY, PCD, NPY or NPZ file. Raises :class:`CloudFileError` that names the file and the cause,
     :class:`DeviceGone` if there is none, and :class:`OSError` if it can't be opened."""
+    if not path.is_file():
+        raise DeviceGone(f"{path}: there is no such file")
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise CloudFileError(f"{path}: '{path.suffix}' is none of {', '.join(_READERS)}")
-    if not path.is_file():
-        raise DeviceGone(f"{path}: there is no such file")
     size_bytes = path.stat().st_size
     if size_bytes > MAX_FILE_BYTES:
         raise CloudFileError(f"{path}: {size_bytes} bytes; {MAX_FILE_BYTES} are the most")
@@ -72,15 +72,14 @@ class CloudFiles:
 
     def __init__(self, source: str) -> None:
         self._source = source
-        self._kept: PointCloud | None = None
+        self._kept: tuple[Path, PointCloud] | None = None
         self._complained: set[Path] = set()
 
     def one_pass(self) -> Iterator[PointCloud]:
         """Each file once. Raises :class:`CloudFileError` if none can be read."""
         paths = cloud_paths(self._source)
         if len(paths) == 1:
-            self._kept = self._kept or read_cloud(paths[0])
-            yield self._kept
+            yield self._only(paths[0])
             return
         last_error: Exception | None = None
         count = 0
@@ -95,6 +94,11 @@ class CloudFiles:
             yield cloud
         if last_error is not None and not count:
             raise last_error
+
+    def _only(self, path: Path) -> PointCloud:
+        if self._kept is None or self._kept[0] != path:
+            self._kept = path, read_cloud(path)
+        return self._kept[1]
 
     def _skip(self, path: Path, error: Exception) -> None:
         if path not in self._complained:

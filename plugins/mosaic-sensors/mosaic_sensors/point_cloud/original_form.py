@@ -24,6 +24,8 @@ _FLOAT32 = 7
 """ROS' code of the type in a PointField."""
 _MARGIN = 0.1
 """The bounding box is widened by this share of its length on each side."""
+_LUMA = np.array([0.299, 0.587, 0.114], dtype="<f4")
+"""The brightness of a colour (ITU-R BT.601): original dashboards know no colours of points."""
 _VARINT, _FIXED64, _BYTES = 0, 1, 2
 
 
@@ -59,6 +61,8 @@ class OriginalForm:
         records[:, :3] = cloud.xyz
         if cloud.intensity is not None:
             records[:, 3] = np.nan_to_num(cloud.intensity)
+        elif cloud.rgb is not None:
+            records[:, 3] = cloud.rgb @ _LUMA
         if len(cloud):
             low, high = cloud.xyz.min(axis=0), cloud.xyz.max(axis=0)
             self._low = low if self._low is None else np.minimum(self._low, low)

@@ -73,6 +73,14 @@ def test_the_meta_says_what_the_dashboards_stores_need() -> None:
     assert fields == [("x", 0, 7, 1), ("y", 4, 7, 1), ("z", 8, 7, 1), ("intensity", 12, 7, 1)]
 
 
+def test_colours_are_told_as_brightness_where_nothing_was_measured() -> None:
+    rgb = [[255, 255, 255], [0, 0, 0], [255, 0, 0]]
+    _, chunks = read(OriginalForm().messages(cloud_of(line(3), rgb=rgb), TIME_US))
+    assert points_in(chunks)[:, 3] == pytest.approx([255, 0, 0.299 * 255])
+    _, chunks = read(OriginalForm().messages(cloud_of(line(3), rgb=rgb, intensity=[7, 8, 9]), TIME_US))
+    assert points_in(chunks)[:, 3].tolist() == [7, 8, 9]
+
+
 @given(st.integers(0, 3 * POINTS_PER_CHUNK), st.sampled_from(["simple", "progressive"]))
 def test_all_points_arrive_in_chunks_of_the_meta_that_are_not_too_large(count: int, mode: StreamMode) -> None:
     messages = OriginalForm(mode).messages(cloud_of(line(count), intensity=np.arange(count)), TIME_US)

@@ -191,6 +191,22 @@ def test_files_play_at_their_rate_and_again(tmp_path: Path) -> None:
     assert len(collect(once, None)) == 2
 
 
+def test_a_folder_that_is_away_for_thirty_seconds_is_gone_and_played_again_when_it_returns(tmp_path: Path) -> None:
+    disk = tmp_path / "usb"
+    player = connector(source=str(disk), rate_hz=4)
+    for is_there in (True, *[False] * 6, True):
+        fake_host(player).clock.advance(5.0)
+        if is_there:
+            disk.mkdir()
+            np.save(disk / "1.npy", np.ones((1, 3)))
+            assert len(collect(player, 3)) == 3
+            (disk / "1.npy").unlink()
+            disk.rmdir()
+        else:
+            with pytest.raises(DeviceGone, match="usb"):
+                collect(player, 1)
+
+
 def test_a_file_that_cannot_be_read_ends_the_run_with_its_name(tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_bytes(b"nonsense")
     with pytest.raises(CloudFileError, match=r"a\.ply: it doesn't begin"):

@@ -60,18 +60,26 @@ def checked(demo: RunningDemo) -> list[Result]:
 
 
 def failures_in(log: str, labels: Collection[str]) -> dict[str, str]:
-    """What the robot's log says last of those connectors, or of handlers of theirs, that failed."""
+    """What the robot's log says last of those connectors, or of handlers of theirs, that failed; but first that one
+    sends what its class does not declare, which is told once."""
     found: dict[str, str] = {}
     for match in _FAILURE.finditer(log):
         label = owner_of(match["label"], labels)
-        if label is not None:
+        if label is not None and not is_authors(found.get(label, "")):
             found[label] = ": ".join(filter(None, (match["place"], match["why"])))
     return found
 
 
+def is_authors(cause: str) -> bool:
+    """Whether it sends what its class does not declare: no other machine makes that good."""
+    return "(plugin.wrong_message)" in cause
+
+
 def with_cause(result: Result, cause: str) -> Result:
-    """A device that is missing fails the check of what only takes messages, too; what has arrived is proof enough."""
-    if not cause or (result.is_ok and UNPROVEN.isdisjoint(result.detail.split(", "))):
+    """A device that is missing fails the check of what only takes messages, too; what has arrived is proof enough, but
+    not of what was refused beside it."""
+    is_proven = result.is_ok and UNPROVEN.isdisjoint(result.detail.split(", "))
+    if not cause or (is_proven and not is_authors(cause)):
         return result
     return Result(result.name, False, cause)
 

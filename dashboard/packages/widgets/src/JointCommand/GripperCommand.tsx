@@ -1,40 +1,32 @@
-import { TextInput } from '@mantine/core'
+import { Button, TextInput } from '@mantine/core'
 import { useState } from 'react'
 import { rangeOf } from '../Joints/joints'
 import { useSender } from '../JsonSender/useSender'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { typedNumber } from './jointDraft'
 import classes from './JointCommand.module.css'
+import { NumberRow } from './NumberRow'
 import { SendRow } from './SendRow'
-import { SliderRow } from './SliderRow'
 import { useKeptTarget } from './useKeptTarget'
 
-/** As far as a gripper of a hand's size opens, where nothing is said. */
-const OPEN_M = 0.1
 /** Nobody tells how far it is: any gripper is open or shut by then. */
 const LASTS_S = 3
 
-/** How far a gripper shall open, and how hard it may press; sent at a press, under the lease. */
+/** How far a gripper shall open, and how hard it may press; sent at a press, under the lease. Nobody tells how far it is
+ *  open, and a slider would begin at a made-up place: a number is typed, or an end of its range taken. */
 export function GripperCommand({ entry, store }: WidgetProps) {
   const [position, setPosition] = useState<number | null>(null)
   const [effort, setEffort] = useState('')
   const sender = useSender(store)
   const kept = useKeptTarget<object>({ entry, store, message: (said) => said, isReached: () => false, lastsS: () => LASTS_S })
   const { min, max } = rangeOf(entry.safety, 'position')
+  const shut = Math.max(0, min ?? 0)
   const effortN = typedNumber(effort, -Number.MIN_VALUE)
   const isWrong = effort.trim() !== '' && effortN === null
   return (
     <div className={classes.root}>
       <div className={classes.sliders} role="group" aria-label={`Target of ${entry.label}`}>
-        <SliderRow
-          name="Opening"
-          unit="m"
-          min={Math.max(0, min ?? 0)}
-          max={max ?? OPEN_M}
-          value={position}
-          isTouched={position !== null}
-          onChange={setPosition}
-        />
+        <NumberRow name="Opening" unit="m" min={shut} max={max} value={position} onChange={setPosition} />
       </div>
       <SendRow
         sender={sender}
@@ -45,6 +37,14 @@ export function GripperCommand({ entry, store }: WidgetProps) {
           if (sender.send(JSON.stringify(target))) kept.keep(target)
         }}
       >
+        <Button size="compact-md" variant="default" onClick={() => setPosition(shut)}>
+          Shut
+        </Button>
+        {max !== null && (
+          <Button size="compact-md" variant="default" onClick={() => setPosition(max)}>
+            Open
+          </Button>
+        )}
         <TextInput
           className={classes.number}
           size="xs"

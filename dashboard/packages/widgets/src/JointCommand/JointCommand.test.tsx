@@ -129,15 +129,34 @@ test('nothing is sent while somebody else commands, and why is said', () => {
 
 test('a gripper opens within its limits, and presses as hard as it is told', async () => {
   shown({ ...TARGET, label: 'hand', schemaId: GripperTarget, safety: { limits: { position: { max: 0.08 } } } })
-  const slider = screen.getByRole<HTMLInputElement>('slider', { name: 'Opening' })
-  expect(slider.max).toBe('0.08')
-  expect(slider.getAttribute('aria-valuetext')).toBe('not set')
-  expect(document.body.textContent).not.toContain('– m')
-  slide('Opening', 0.05)
+  type('Opening', '0,05')
   await move()
   await userEvent.type(screen.getByRole('textbox', { name: 'Press at most (N)' }), '0')
   await move()
   expect(commands.sent).toEqual([{ position: 0.05 }, { position: 0.05, max_effort: 0 }])
+})
+
+test('a gripper stays where it is, whatever key is pressed, until a number is typed or an end is taken', async () => {
+  shown({ ...TARGET, label: 'hand', schemaId: GripperTarget, safety: { limits: { position: { max: 0.08 } } } })
+  const button = screen.getByRole<HTMLButtonElement>('button', { name: 'Move' })
+  expect(screen.queryByRole('slider')).toBeNull()
+  await userEvent.type(screen.getByRole('textbox', { name: 'Opening' }), '{ArrowUp}{ArrowRight}')
+  expect([button.disabled, commands.sent]).toEqual([true, []])
+  expect(screen.getByText('not set')).toBeTruthy()
+  type('Opening', '0,09')
+  expect(button.disabled).toBe(true)
+  for (const end of ['Open', 'Shut']) {
+    await userEvent.click(screen.getByRole('button', { name: end }))
+    await move()
+  }
+  expect(commands.sent).toEqual([{ position: 0.08 }, { position: 0 }])
+  expect(screen.getByRole<HTMLInputElement>('textbox', { name: 'Opening' }).value).toBe('0')
+})
+
+test('how far a gripper opens at most is not guessed', () => {
+  shown({ ...TARGET, label: 'hand', schemaId: GripperTarget })
+  expect(screen.queryByRole('button', { name: 'Open' })).toBeNull()
+  expect(screen.getByRole('button', { name: 'Shut' })).toBeTruthy()
 })
 
 test.each([['', null], ['x', null], ['0', null], ['1,5', 1.5], [' 2 ', 2]])('%j is the duration %s', (text, value) =>
@@ -227,7 +246,7 @@ describe('a robot that holds still on silence', () => {
 
   test('opens its gripper for so long as any gripper takes', () => {
     shown({ ...IMPATIENT, label: 'hand', schemaId: GripperTarget })
-    slide('Opening', 0.02)
+    type('Opening', '0.02')
     press('Move')
     wait(5000)
     expect(commands.sent.length).toBeGreaterThan(25)

@@ -1,6 +1,6 @@
 import type { CatalogueEntry } from '@mosaic/client'
 import { rangeOf, sliderRange, type Joint } from '../Joints/joints'
-import { shownPosition, type JointDraft } from './jointDraft'
+import type { JointDraft } from './jointDraft'
 import { NumberRow } from './NumberRow'
 import { SliderRow } from './SliderRow'
 
@@ -17,11 +17,11 @@ export interface JointRowProps {
 export function JointRow({ name, entry, reported, draft, onDraft }: JointRowProps) {
   const range = rangeOf(entry.safety, `positions.${name}`)
   const set = (position: number) => onDraft((before) => ({ ...before, [name]: position }))
-  const position = shownPosition({}, reported, name)
+  const position = reported.find((joint) => joint.name === name)?.position ?? null
   if (position === null) {
     const clear = () => onDraft((before) => Object.fromEntries(Object.entries(before).filter(([one]) => one !== name)))
     return <NumberRow name={name} unit="rad" {...range} value={draft[name] ?? null} onChange={(value) => (value === null ? clear() : set(value))} />
   }
-  const value = shownPosition(draft, reported, name)
+  const value = draft[name] ?? position
   return <SliderRow {...{ name, value }} {...sliderRange(range, value)} isTouched={name in draft} unit="rad" onChange={set} />
 }

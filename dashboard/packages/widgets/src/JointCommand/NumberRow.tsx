@@ -8,7 +8,7 @@ import classes from './JointCommand.module.css'
 export interface NumberRowProps extends JointRange {
   name: string
   unit: string
-  /** As it was typed; null: nothing was. */
+  /** As it was typed or set; null: it was not. */
   value: number | null
   /** Null: what stands there is no number within the range. */
   onChange: (value: number | null) => void
@@ -22,8 +22,8 @@ export function NumberRow({ name, unit, min, max, value, onChange }: NumberRowPr
     const number = typedNumber(said)
     return number === null || number < (min ?? number) || number > (max ?? number) ? null : number
   }
-  // What was sent or taken back is set no more; what is half typed stays.
-  const shown = value === null && read(text) !== null ? '' : text
+  // What was sent, taken back or set otherwise is shown; what is half typed stays.
+  const shown = read(text) === value ? text : (value?.toString() ?? '')
   return (
     <div className={classes.slider} data-touched={value !== null}>
       <label htmlFor={id}>{name}</label>

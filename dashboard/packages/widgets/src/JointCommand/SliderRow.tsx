@@ -7,8 +7,8 @@ export interface SliderRowProps {
   unit: string
   min: number
   max: number
-  /** Null: nobody knows where it stands; the slider then begins in the middle. */
-  value: number | null
+  /** Where it was set, else where it is reported; where neither is known there must be no slider. */
+  value: number
   isTouched: boolean
   onChange: (value: number) => void
 }
@@ -17,8 +17,7 @@ export interface SliderRowProps {
 export function SliderRow({ name, unit, min, max, value, isTouched, onChange }: SliderRowProps) {
   const id = useId()
   const step = stepOf(max - min)
-  const text = value === null ? 'not set' : `${formatted(value)} ${unit}`
-  const shown = value ?? Math.min(max, Math.max(min, (min + max) / 2))
+  const text = `${formatted(value)} ${unit}`
   return (
     <div className={classes.slider} data-touched={isTouched}>
       <label htmlFor={id}>{name}</label>
@@ -28,7 +27,7 @@ export function SliderRow({ name, unit, min, max, value, isTouched, onChange }: 
         min={min}
         max={max}
         step={step}
-        value={shown}
+        value={value}
         aria-valuetext={text}
         onChange={(event) => onChange(event.currentTarget.valueAsNumber)}
       />

@@ -19,11 +19,6 @@ export function ofNames(draft: JointDraft, names: readonly string[]): JointDraft
   return Object.fromEntries(Object.entries(draft).filter(([name]) => names.includes(name)))
 }
 
-/** Where the slider of a joint stands: as it was set, else where the joint is; null where nobody knows. */
-export function shownPosition(draft: JointDraft, reported: readonly Joint[], name: string): number | null {
-  return draft[name] ?? reported.find((joint) => joint.name === name)?.position ?? null
-}
-
 /** The message, or null where nothing was touched. */
 export function targetOf(draft: JointDraft, durationS: number | null): object | null {
   const names = Object.keys(draft)

@@ -67,6 +67,19 @@ test('a schema that is learned later makes the form', async () => {
   expect(store.sent).toEqual(['{"open":true,"width_m":0.04}'])
 })
 
+test('zeros that the page has made up are not sent as places to go to', async () => {
+  const store = shown(GRIPPER)
+  await userEvent.click(screen.getByRole('button', { name: 'Write it as JSON' }))
+  const text = screen.getByLabelText<HTMLTextAreaElement>('Message to arm')
+  expect(JSON.parse(text.value)).toEqual({ open: false, width_m: 0 })
+  await userEvent.click(screen.getByRole('button', { name: 'Send' }))
+  expect(screen.getByRole('status').textContent).toContain('numbers that nobody has said')
+  expect(store.sent).toEqual([])
+  await userEvent.type(text, ' ')
+  await userEvent.click(screen.getByRole('button', { name: 'Send' }))
+  expect(store.sent).toEqual(['{"open":false,"width_m":0}'])
+})
+
 test('what the robot would refuse is told beside its field, and not sent', async () => {
   const store = shown(GRIPPER)
   await userEvent.type(screen.getByLabelText('Width (m)'), '0.4')

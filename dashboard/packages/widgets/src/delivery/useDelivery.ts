@@ -1,6 +1,6 @@
 import type { CatalogueEntry, DeliveryRow } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
-import { useEffect, useMemo, useState } from 'react'
+import { useEffect, useMemo, useState, useSyncExternalStore } from 'react'
 import type { AnyStore } from '../stores/storeKinds'
 import { DropWatch } from './DropWatch'
 
@@ -11,6 +11,13 @@ export function useDeliveryRow(robotId: string, label: string): DeliveryRow | un
   const { delivery } = useRobotConnection(robotId)
   useEffect(() => delivery.watch(), [delivery])
   return useReadable(delivery.rows)[label]
+}
+
+/** The code why a connector fails now; undefined: it does not, or the robot tells nothing. Renders again only when that changes. */
+export function useFailureCode(robotId: string, label: string): string | undefined {
+  const { delivery } = useRobotConnection(robotId)
+  useEffect(() => delivery.watch(), [delivery])
+  return useSyncExternalStore(delivery.rows.subscribe, () => delivery.rows.get()[label]?.failureCode)
 }
 
 /** Whether messages of this connector are being dropped now. Renders again only when that changes. */

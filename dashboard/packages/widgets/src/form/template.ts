@@ -11,6 +11,11 @@ export function templateOf(schema: JsonSchema | undefined): string {
   return JSON.stringify(message, null, 2)
 }
 
+/** Whether zeros stand in it for numbers that a message must have and of which the schema says nothing. */
+export function unsaidNumbers(schema: JsonSchema | undefined): boolean {
+  return fieldsOf(schema).some((field) => field.kind === 'number' && field.initial === undefined && field.isOptional !== true)
+}
+
 export type Checked = { ok: true; text: string } | { ok: false; problem: string }
 
 /** The text as it will be sent, or what is wrong with it. */

@@ -1,7 +1,7 @@
 import { useState } from 'react'
 import type { Field, JsonSchema } from '../schema/jsonSchema'
 import { formFields, inputOf, inputsOf, keyOf, messageOf, type Input, type Inputs } from './messageForm'
-import { checkedJson, templateOf, type Checked } from './template'
+import { checkedJson, templateOf, unsaidNumbers, type Checked } from './template'
 
 /** A message that a person is about to send, as a form or as JSON text. */
 export interface MessageDraft {
@@ -19,6 +19,9 @@ export interface MessageDraft {
   readonly checked: Checked
 }
 
+/** A zero may be a place to which something goes. */
+const MADE_UP = 'The zeros stand for numbers that nobody has said; change what is meant'
+
 /**
  * Holds what a person enters. Until then the schema says with what it begins, also one that is learned later. What is not
  * JSON is text of any kind.
@@ -30,7 +33,8 @@ export function useMessageDraft(schema: JsonSchema | undefined, isJson = true): 
   const possible = isJson ? formFields(schema) : null
   const fields = isText ? null : possible
   const text = typed ?? (isJson ? templateOf(schema) : '')
-  const checkedText: Checked = isJson ? checkedJson(text) : { ok: true, text }
+  const isMadeUp = typed === null && isJson && unsaidNumbers(schema)
+  const checkedText: Checked = !isJson ? { ok: true, text } : isMadeUp ? { ok: false, problem: MADE_UP } : checkedJson(text)
 
   const turn = () => {
     const entered = fields === null ? null : messageOf(fields, inputs)

@@ -223,6 +223,33 @@ test('a card marks that messages are being dropped, and no longer once they are 
   expect(screen.queryByTestId('drop-mark')).toBeNull()
 })
 
+test('a card says that its connector fails and why, and no longer once it is back', () => {
+  shown()
+  const age = () => screen.getByTestId('age').textContent
+  later(1)
+  expect([age(), screen.queryByRole('status')]).toEqual(['no value yet', null])
+  act(() => delivery.heard({ connectors: [{ ...ROW, failureCode: 'plugin.no_device', triesAgainInS: 7 }] }))
+  expect(age()).toBe('failed')
+  expect(screen.getByRole('status').textContent).toMatch(/^It fails \(plugin\.no_device\): The connector's device isn't available/)
+  act(() => delivery.heard({ connectors: [{ ...ROW, failureCode: 'plugin.failed' }] }))
+  expect(screen.getByRole('status').textContent).toContain('(plugin.failed)')
+  act(() => store.receive({ voltage_v: 12.5 }))
+  later(5)
+  expect(age()).toBe('5 s ago')
+  act(() => delivery.heard({ connectors: [ROW] }))
+  expect(screen.queryByRole('status')).toBeNull()
+})
+
+test('a failure of which nothing is known any more is no longer told', () => {
+  shown()
+  act(() => delivery.heard({ connectors: [{ ...ROW, failureCode: 'plugin.failed' }] }))
+  act(() => store.state.set({ phase: 'closed', code: 'peer.lost' }))
+  expect(screen.getByRole('status').textContent).toMatch(/fell silent/)
+  act(() => delivery.lost())
+  act(() => store.state.set({ phase: 'open' }))
+  expect(screen.queryByRole('status')).toBeNull()
+})
+
 test('the details tell what the robot counts and what this page does', async () => {
   shown()
   act(() => delivery.heard({ connectors: [ROW] }))

@@ -1,7 +1,9 @@
 import { reasonOf, type CatalogueEntry, type Gap, type StoreState } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { useRef, type ReactNode } from 'react'
+import { failureText } from '../delivery/deliveryText'
 import { DropMark } from '../delivery/DropMark'
+import { useFailureCode } from '../delivery/useDelivery'
 import { useAsPicture } from './usePictureInSight'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
 import { receives, showsMedia, type AnyStore } from '../stores/storeKinds'
@@ -30,6 +32,7 @@ export interface WidgetCardProps {
 /** One connector on the page: its name, the age of its value, the state of its store, and the widget that shows it. */
 export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: WidgetCardProps) {
   const store = useConnectorStore(robotId, entry.label, entry.dataType)
+  const failureCode = useFailureCode(robotId, entry.label)
   const Icon = widget?.icon
   const body = useRef<HTMLDivElement>(null)
   useAsPicture(robotId, body, widget?.area === 'picture')
@@ -42,11 +45,11 @@ export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: W
         </h3>
         {store !== null && <DropMark {...{ robotId, entry, store }} />}
         <span className={classes.spacer} />
-        {store !== null && receives(store) && hasValue(entry) && <AgeBadge store={store} />}
+        {store !== null && receives(store) && hasValue(entry) && <AgeBadge store={store} isFailing={failureCode !== undefined} />}
         <CardMenu {...{ robotId, entry, store, onChoose }} shown={widget} widgets={alternatives} />
       </header>
       <div ref={body} className={classes.body}>
-        {widget === null ? <NoWidget entry={entry} /> : store !== null && <OpenWidget {...{ robotId, entry, store, widget }} />}
+        {widget === null ? <NoWidget entry={entry} /> : store !== null && <OpenWidget {...{ robotId, entry, store, widget, failureCode }} />}
       </div>
     </section>
   )
@@ -70,9 +73,10 @@ interface OpenWidgetProps {
   entry: CatalogueEntry
   store: AnyStore
   widget: WidgetDefinition
+  failureCode: string | undefined
 }
 
-function OpenWidget({ widget, ...props }: OpenWidgetProps) {
+function OpenWidget({ widget, failureCode, ...props }: OpenWidgetProps) {
   const state = useReadable(props.store.state)
   const { Component } = widget
   if (state.phase === 'mismatch') return <Mismatch label={props.entry.label} state={state} />
@@ -81,7 +85,7 @@ function OpenWidget({ widget, ...props }: OpenWidgetProps) {
       <div className={classes.content} data-away={state.phase === 'reconnecting' ? 'true' : undefined}>
         <Component {...props} />
       </div>
-      <CardBar store={props.store} state={state} />
+      <CardBar store={props.store} state={state} failureCode={failureCode} />
     </WidgetBoundary>
   )
 }
@@ -98,10 +102,16 @@ export function Mismatch({ label, state, children }: { label: string; state: Sto
   )
 }
 
-/** What is to be said about the channel; nothing most of the time. */
-function CardBar({ store, state }: { store: AnyStore; state: StoreState }) {
+interface CardBarProps {
+  store: AnyStore
+  state: StoreState
+  failureCode: string | undefined
+}
+
+/** What is to be said about the channel, or what is at its other end; nothing most of the time. */
+function CardBar({ store, state, failureCode }: CardBarProps) {
   const gap = useRecentGap(store)
-  const text = barText(store, state, gap)
+  const text = barText(store, state, gap) ?? (failureCode === undefined ? null : failureText({ failureCode }))
   if (text === null) return null
   return (
     <div className={classes.bar} role="status">

@@ -7,6 +7,8 @@ const ORIGINAL = { ...STAMPED, stampUs: 0, ageMs: null }
 
 test('without a value there is no age', () => {
   expect(shownAge(null, false, 1000)).toEqual({ text: 'no value yet', state: 'none' })
+  expect(shownAge(null, false, 1000, true)).toEqual({ text: 'failed', state: 'away' })
+  expect(shownAge(null, true, 1000, true)).toEqual({ text: 'reconnecting', state: 'away' })
   expect(shownAge(null, true, 1000)).toEqual({ text: 'reconnecting', state: 'away' })
 })
 

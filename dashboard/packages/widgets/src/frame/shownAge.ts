@@ -7,18 +7,23 @@ const OLD_AFTER_MS = 3000
 
 export interface ShownAge {
   text: string
-  /** `unknown`: no matter when it arrived, it may be from long ago. */
+  /** `unknown`: no matter when it arrived, it may be from long ago. `away`: there is none, or no newer one for now. */
   state: 'none' | 'live' | 'old' | 'unknown' | 'away'
 }
 
 type Info = Pick<MessageInfo, 'receivedAtMs' | 'ageMs' | 'stampUs' | 'latched'>
 
-/** `isAway`: its connection was lost and is being made anew. */
-export function shownAge(info: Info | null, isAway: boolean, nowMs: number): ShownAge {
-  if (info === null) return isAway ? { text: 'reconnecting', state: 'away' } : { text: 'no value yet', state: 'none' }
+/** `isAway`: its connection was lost and is being made anew. `isFailing`: the robot says that the connector fails. */
+export function shownAge(info: Info | null, isAway: boolean, nowMs: number, isFailing = false): ShownAge {
+  if (info === null) return withoutValue(isAway, isFailing)
   if (isAway) return { text: `reconnecting · ${awayText(info, nowMs)}`, state: 'away' }
   const { text, state } = hereAge(info, nowMs)
   return { text: info.latched ? `latched · ${text}` : text, state }
+}
+
+function withoutValue(isAway: boolean, isFailing: boolean): ShownAge {
+  if (isAway) return { text: 'reconnecting', state: 'away' }
+  return isFailing ? { text: 'failed', state: 'away' } : { text: 'no value yet', state: 'none' }
 }
 
 /** Of the picture that stays while the connection is away; empty where there is none. */

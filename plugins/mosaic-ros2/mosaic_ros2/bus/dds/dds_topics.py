@@ -9,7 +9,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.util import duration
 
-from mosaic_ros2.bus.bus import Arrived, BusError
+from mosaic_ros2.bus.bus import Arrived, BusError, NotTaken
 from mosaic_ros2.bus.dds.policies import policies_of
 from mosaic_ros2.bus.dds.wire_types import WireSample, sample_of
 from mosaic_ros2.bus.qos import QosProfile
@@ -76,12 +76,20 @@ class DdsPublication:
         try:
             self._writer.write(sample_of(self._struct, data))
         except DDSException as error:
-            cure = "a reader that is reliable and too slow holds it up: look at who subscribes"
-            raise BusError(f"{self._name} takes no message: {error.msg}", cure) from error
+            if error.code == DDSException.DDS_RETCODE_TIMEOUT:
+                cure = "a reader that is reliable and too slow holds it up: look at who subscribes"
+                raise NotTaken(f"{self._name} takes no message: {error.msg}", cure) from error
+            raise self._lost(error) from error
 
     @property
     def readers(self) -> int:
-        return len(self._writer.get_matched_subscriptions())
+        try:
+            return len(self._writer.get_matched_subscriptions())
+        except DDSException as error:
+            raise self._lost(error) from error
+
+    def _lost(self, error: Any) -> BusError:
+        return BusError(f"{self._name} can't be used any more: {error.msg}")
 
     def close(self) -> None:
         self._writer = None

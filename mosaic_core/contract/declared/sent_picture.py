@@ -1,0 +1,45 @@
+"""Refuses what is no picture, with the line of the code that sends it. Loads neither numpy nor PyAV: where they are not
+loaded, nothing is of theirs."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from mosaic_core.contract.declared.yielded import caller, kind_of
+from mosaic_core.words.errors import MosaicError
+
+TAKEN = "a picture is uint8 (height, width, 3) in BGR order, or (height, width) for gray"
+_OTHERS = "A `Captured`, an `av.VideoFrame` or an `av.Packet` is taken, too."
+
+
+def check_picture(handler: type, image: object) -> None:
+    """Raise :class:`MosaicError` (``plugin.wrong_message``) for what no operator could see."""
+    if _is_of("av", ("VideoFrame", "Packet"), image) or (cure := picture_cure(image)) is None:
+        return
+    place = caller()
+    message = f"{handler.__qualname__}{f' ({place})' if place else ''} sends {kind_of(image)}; {TAKEN}. {cure}"
+    raise MosaicError(message, code="plugin.wrong_message", cure=cure)
+
+
+def picture_cure(image: Any) -> str | None:
+    """What to do about an array that is no picture, and about anything else; ``None``: it is one."""
+    if not _is_of("numpy", ("ndarray",), image):
+        return _OTHERS
+    shape: tuple[int, ...] = image.shape
+    if str(image.dtype) != "uint8":
+        return "Scale its numbers to 0 … 255, and let them be `.astype(np.uint8)`."
+    if len(shape) == 3 and shape[2] == 4:
+        return "Leave out the fourth channel: `picture[..., :3]`."
+    if len(shape) == 3 and shape[2] == 1:
+        return "Leave out the last axis: `picture[..., 0]`."
+    if len(shape) == 3 and shape[0] == 3 != shape[2]:
+        return "Put the channels last: `picture.transpose(1, 2, 0)`."
+    if len(shape) not in (2, 3) or (len(shape) == 3 and shape[2] != 3):
+        return "Give it three channels, or none."
+    return "It needs at least 2 x 2 pixels." if min(shape[:2]) < 2 else None
+
+
+def _is_of(module: str, names: tuple[str, ...], value: object) -> bool:
+    loaded = sys.modules.get(module)
+    return loaded is not None and isinstance(value, tuple(getattr(loaded, name) for name in names))

@@ -1,0 +1,53 @@
+"""Tells who gives a function of the kit something else than it tests which function is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from pydantic import BaseModel
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.handler import Handler
+
+_TESTED_BY = {
+    "messages": "collect",
+    "frames": "take_frames",
+    "sounds": "take_sounds",
+    "answer": "ask",
+    "handle_data": "feed",
+}
+"""By the body of a handler; who answers also takes messages."""
+
+
+def check_has(handler: object, body: str) -> None:
+    """Raise :class:`TypeError` where ``handler`` is none with this body."""
+    if isinstance(handler, Handler) and hasattr(handler, body):
+        return
+    function = _TESTED_BY[body]
+    if isinstance(handler, Sequence):
+        names = ", ".join(type(one).__name__ for one in handler)
+        index = next((index for index, one in enumerate(handler) if hasattr(one, body)), None)
+        cure = f": write `build(…)[{index}]`" if index is not None else f", and none of them has `{body}`"
+        raise TypeError(f"`{function}` tests one handler, and `configure()` made several ({names}){cure}")
+    if isinstance(handler, type):
+        raise TypeError(f"`{function}` tests a handler, not a class: write `build(…)` of its configurer")
+    name = type(handler).__name__
+    meant = next((function for own, function in _TESTED_BY.items() if hasattr(handler, own)), None)
+    cure = f": it is tested by `{meant}`" if isinstance(handler, Handler) and meant is not None else ""
+    raise TypeError(f"`{function}` tests a handler that has `{body}`, and {name} has none{cure}")
+
+
+def check_script(script: object) -> None:
+    """Raise :class:`TypeError` for one message alone, whose parts would be fed."""
+    if isinstance(script, Mapping | BaseModel | str | bytes):
+        raise TypeError(
+            f"a script is a list of messages and steps, not a {type(script).__name__}: write `[…]` around it"
+        )
+
+
+def check_configurer(configurer: object) -> None:
+    """Raise :class:`TypeError` for what is no class of a configurer."""
+    if isinstance(configurer, type) and issubclass(configurer, Configurer):
+        return
+    name = configurer.__name__ if isinstance(configurer, type) else f"an instance of {type(configurer).__name__}"
+    raise TypeError(f"`build` takes the class of a configurer, whose `configure()` it calls, and not {name}")

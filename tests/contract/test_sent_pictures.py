@@ -1,0 +1,133 @@
+"""What a camera returns instead of yielding, or yields and is no picture, is told with class, line and cure."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Iterator
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+
+from mosaic_core import AudioTrackHandler, Captured, MediaTrackHandler, MosaicError, Sound
+from mosaic_core.testing import fake_host, take_frames, take_sounds
+
+GOOD = np.zeros((4, 6, 3), np.uint8)
+
+
+class Returning(MediaTrackHandler):
+    def __init__(self, made: Callable[[], Any]) -> None:
+        super().__init__("eye")
+        self.made = made
+
+    def frames(self) -> Any:
+        return self.made()
+
+
+async def later() -> AsyncIterator[Any]:
+    yield GOOD
+
+
+async def awaited() -> Any:
+    raise AssertionError("nobody awaits it")
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: GOOD, "ndarray uint8 (4, 6, 3), and no stream. Let it yield one after the other: `yield` instead of"),
+        (lambda: [GOOD, GOOD], "list, and no stream. Let it yield"),
+        (lambda: (GOOD,), "tuple, and no stream. Let it yield"),
+        (lambda: b"jpeg", "bytes, and no stream. Let it yield"),
+        (lambda: Captured(GOOD, 1.0), "Captured, and no stream. Let it yield"),
+        (lambda: None, "NoneType, and nothing to send. Let it yield."),
+        (later, "async_generator, which only `async for` iterates. Write `async def`"),
+        (awaited, "coroutine, and no stream."),
+    ],
+)
+def test_pictures_are_yielded_and_not_returned(made: Callable[[], Any], said: str) -> None:
+    with pytest.raises(MosaicError) as caught:
+        take_frames(Returning(made), 1)
+    place = f"{__file__}:{Returning.frames.__code__.co_firstlineno}"
+    assert caught.value.message.startswith(f"Returning.frames() ({place}) returned {said}")
+    assert caught.value.code == "plugin.wrong_message"
+
+
+def test_what_iterates_them_one_by_one_may_be_returned() -> None:
+    assert len(take_frames(Returning(lambda: map(np.copy, [GOOD, GOOD])), 2)) == 2
+    assert take_frames(MediaTrackHandler("pushes alone")) == []
+
+
+def test_a_microphone_yields_too() -> None:
+    class Ear(AudioTrackHandler):
+        def sounds(self) -> Any:
+            return [Sound(np.zeros((960, 1), np.int16), 48_000, 0.0)]
+
+    with pytest.raises(MosaicError, match=r"Ear\.sounds\(\) \(.*\) returned list, and no stream"):
+        take_sounds(Ear("ear"), 1)
+
+
+class Yielding(MediaTrackHandler):
+    def __init__(self, picture: Any) -> None:
+        super().__init__("eye")
+        self.picture = picture
+
+    def frames(self) -> Iterator[Any]:
+        yield GOOD
+        yield self.picture
+
+
+class YieldingTask(Yielding):
+    async def frames(self) -> AsyncIterator[Any]:  # type: ignore[override]
+        yield GOOD
+        yield self.picture
+
+
+@pytest.mark.parametrize("kind", [Yielding, YieldingTask])
+@pytest.mark.parametrize(
+    ("picture", "what", "cure"),
+    [
+        (np.zeros((4, 6, 3), np.float32), "ndarray float32 (4, 6, 3)", ".astype(np.uint8)"),
+        (Captured(np.zeros((4, 6)), 1.0), "ndarray float64 (4, 6)", ".astype(np.uint8)"),  # type: ignore[arg-type]
+        (np.zeros((4, 6, 2), np.uint8), "ndarray uint8 (4, 6, 2)", "three channels, or none"),
+        (np.zeros((4, 6, 4), np.uint8), "ndarray uint8 (4, 6, 4)", "picture[..., :3]"),
+        (np.zeros((4, 6, 1), np.uint8), "ndarray uint8 (4, 6, 1)", "picture[..., 0]"),
+        (np.zeros((3, 4, 6), np.uint8), "ndarray uint8 (3, 4, 6)", "picture.transpose(1, 2, 0)"),
+        (np.zeros(6, np.uint8), "ndarray uint8 (6,)", "three channels, or none"),
+        (np.zeros((1, 6), np.uint8), "ndarray uint8 (1, 6)", "at least 2 x 2 pixels"),
+        ([[0, 0], [0, 0]], "list", "`Captured`, an `av.VideoFrame` or an `av.Packet`"),
+        (None, "NoneType", "`Captured`, an `av.VideoFrame` or an `av.Packet`"),
+    ],
+)
+def test_what_is_no_picture_is_told_with_its_shape_and_line(kind: Any, picture: Any, what: str, cure: str) -> None:
+    with pytest.raises(MosaicError) as caught:
+        take_frames(kind(picture), 2)
+    line = kind.frames.__code__.co_firstlineno + 2
+    taken = "a picture is uint8 (height, width, 3) in BGR order, or (height, width) for gray"
+    assert caught.value.message.startswith(f"{kind.__name__} ({__file__}:{line}) sends {what}; {taken}. ")
+    assert caught.value.code == "plugin.wrong_message"
+    assert cure in caught.value.message
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        np.zeros((2, 2), np.uint8),
+        np.zeros((3, 3, 3), np.uint8),
+        GOOD[..., ::-1],
+        Captured(GOOD, 1.0),
+        av.VideoFrame(4, 6, "yuv420p"),
+        av.Packet(b"encoded"),
+    ],
+)
+def test_what_is_a_picture_is_taken(picture: Any) -> None:
+    assert take_frames(Yielding(picture), 2)[1] is picture
+
+
+def test_the_line_of_a_picture_that_is_pushed_is_that_of_the_push() -> None:
+    eye = Yielding(GOOD)
+    fake_host(eye).accepts = False
+    with pytest.raises(MosaicError) as caught:
+        eye.send_frame("picture.png")  # type: ignore[arg-type]
+    line = caught.traceback[0].lineno + 1
+    assert caught.value.message.startswith(f"Yielding ({__file__}:{line}) sends str; ")
