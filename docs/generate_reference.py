@@ -43,7 +43,10 @@ FIRST_PARTY = (
 
 
 def command_line() -> str:
-    codes = "Exit codes: 0 fine, 2 usage or configuration, 3 another robot took this one's place, 1 everything else."
+    codes = (
+        "Exit codes: 0 fine, 2 usage or configuration, 3 another robot took this one's place, 130 cut short by Ctrl+C, "
+        "1 everything else."
+    )
     lines = ["# Command line", "", codes, ""]
     lines += _command(typer.main.get_command(app), ["mosaic"])
     return "\n".join(lines)

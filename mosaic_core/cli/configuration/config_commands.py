@@ -114,6 +114,7 @@ def init(
     except FileExistsError:
         usage(f"{path} exists; --force replaces it")
     except OSError as error:
-        usage(f"{path} can't be written: {error.strerror}")
+        cure = "name a file in a folder that you may write"
+        usage(f"{path} can't be written: {error.strerror}", cure if path.parent.is_dir() else f"mkdir -p {path.parent}")
     typer.echo(f"wrote {path}; next:\n  export MOSAIC_ROBOT_ID=… MOSAIC_TOKEN=…   # as your server shows them")
     typer.echo(f"  mosaic validate {path}\n  mosaic run {path}")

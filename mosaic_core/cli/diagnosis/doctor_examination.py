@@ -29,6 +29,7 @@ from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, ServerConfig
+from mosaic_core.words.errors import whole_sentence
 from mosaic_core.words.finding import Finding, Status
 from mosaic_core.words.plain_text import on_one_line
 
@@ -204,4 +205,4 @@ def _print_end(console: Console, examined: Examined) -> None:
         return
     console.print(Text("What to do first", style="bold"))
     for number, finding in enumerate(steps, 1):
-        console.print(Text(on_one_line(f" {number}. {finding.sentence} {finding.cure}".rstrip())))
+        console.print(Text(on_one_line(f" {number}. {whole_sentence(finding.sentence)} {finding.cure}".rstrip())))

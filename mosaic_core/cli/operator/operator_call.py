@@ -10,7 +10,7 @@ import typer
 
 from mosaic_core.cli.operator.operator_send import leased
 from mosaic_core.cli.operator.operator_session import connected, until_closed
-from mosaic_core.cli.terminal.error_report import FINE
+from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.operator.stores.channel_plan import check_answers
 from mosaic_core.words.data_type import MosaicDataType
@@ -23,17 +23,16 @@ class Call:
 
     robot: str
     label: str
-    question: str
+    question: Any
     timeout_s: float
     as_json: bool = False
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        question = self._read()
         connection = await self._connected(operator)
         async with leased(connection, self.label) as resource:
             if resource is not None:
                 typer.echo(f"holding the lease of {resource!r}", err=True)
-            return await until_closed(connection, self._ask(connection, question))
+            return await until_closed(connection, self._ask(connection))
 
     async def _connected(self, operator: MosaicOperator) -> RobotConnection:
         try:
@@ -46,20 +45,23 @@ class Call:
             check_answers(self.label, connection.known)
             raise
 
-    def _read(self) -> Any:
-        try:
-            return json.loads(self.question)
-        except ValueError as error:
-            message = f"A question is JSON, and this is none: {error}"
-            cure = """Write it in single quotes: '{"n": 1}'."""
-            raise ConnectionFailed(message, code="channel.invalid", cure=cure) from error
-
-    async def _ask(self, connection: RobotConnection, question: Any) -> int:
+    async def _ask(self, connection: RobotConnection) -> int:
         answer = await connection.request(
-            self.label, question, timeout_s=self.timeout_s, on_progress=lambda value: typer.echo(_line(value), err=True)
+            self.label,
+            self.question,
+            timeout_s=self.timeout_s,
+            on_progress=lambda value: typer.echo(_line(value), err=True),
         )
         typer.echo(_line(answer) if self.as_json else json.dumps(answer, indent=2, ensure_ascii=False))
         return FINE
+
+
+def question_in(text: str) -> Any:
+    """The question that somebody typed; ends the command where it is no JSON, before anybody signs in."""
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        usage(f"a question is JSON, and this is none: {error}", """write it in single quotes: '{"n": 1}'""")
 
 
 def _line(value: Any) -> str:

@@ -154,9 +154,9 @@ def call(
 
     Takes the lease where the connector wants one, and gives it back. Ctrl+C takes the request back.
     """
-    from mosaic_core.cli.operator.operator_call import Call
+    from mosaic_core.cli.operator.operator_call import Call, question_in
 
-    return Call(robot, label, question, timeout_s, as_json)
+    return Call(robot, label, question_in(question), timeout_s, as_json)
 
 
 __all__ = ["app"]

@@ -16,6 +16,9 @@ FINE, FAILED, USAGE, REPLACED = 0, 1, 2, 3
 """Exit codes of every command: 2 is usage or configuration, 3 a robot that gave way to another of the same id, 1 the
 rest. Neither 2 nor 3 is mended by a new start."""
 
+_WRONG_WORDS = ("plugin.name", "plugin.not_found")
+"""Codes of what somebody typed, beside those of configurations."""
+
 _SECRET = re.compile(
     r"((?:token|credential|password|secret|api_key)[\"']?\s*:\s*)(?!\$\{|\{)([^\s,}\]]+)", re.IGNORECASE
 )
@@ -39,8 +42,8 @@ def exit_code_of(error: MosaicError) -> int:
     """As a process tells whoever started it, a service manager for one, whether to start it again."""
     if error.code == "signal.replaced":
         return REPLACED
-    is_usage = isinstance(error, ConfigError | PluginError) or error.code.startswith("config.")
-    return USAGE if is_usage else FAILED
+    is_usage = isinstance(error, ConfigError | PluginError) or error.code in _WRONG_WORDS
+    return USAGE if is_usage or error.code.startswith("config.") else FAILED
 
 
 def report(error: MosaicError) -> None:
@@ -48,7 +51,8 @@ def report(error: MosaicError) -> None:
     if isinstance(error, ConfigError):
         report_problems(error.problems)
         return
-    typer.secho(f"error: {_on_one_line(error.message)}", err=True, fg=typer.colors.RED)
+    said = error.message.removesuffix(error.cure).rstrip(" ;") if error.cure else error.message  # not twice
+    typer.secho(f"error: {_on_one_line(said)}", err=True, fg=typer.colors.RED)
     typer.echo(f"  code: {error.code}", err=True)
     if error.cure:
         typer.echo(f"  cure: {_on_one_line(error.cure)}", err=True)

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from mosaic_core.runtime.configuration.config_env import MASK_CHARACTERS, filled, masked, unmasked
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, Problem, guess
 
 Place: TypeAlias = tuple[str | int, ...]
 """Where a value stands: ``("connectors", 2, "params", "fps")``."""
@@ -25,6 +25,9 @@ MAX_FILE_BYTES = 256 * 1024
 MAX_VALUES = 20_000
 """Values after aliases are expanded: nine lines of anchors can mean 10^9 ("billion laughs")."""
 MAX_DEPTH = 50
+_AS_TEXT = "name the robot's own YAML file, and save it as UTF-8"
+_MANY_FILES = 5
+"""More are no help in an error."""
 _LEAST_SECRET = 4
 """Characters. What is shorter is hidden in quotes only: it may be any word or number of a sentence."""
 
@@ -103,16 +106,36 @@ def _text_of(path: Path) -> str:
             content = stream.read(MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         cause = (error.strerror if isinstance(error, OSError) else str(error)) or type(error).__name__
-        cure = "`mosaic config init` writes one" if isinstance(error, FileNotFoundError) else ""
-        problem = Problem(f"can't be read: {cause}", "config.unreadable", file, cure=cure)
+        problem = Problem(f"can't be read: {cause}", "config.unreadable", file, cure=_readable(path, error))
         raise ConfigError([problem]) from error
     if len(content) > MAX_FILE_BYTES:
-        raise ConfigError([Problem(f"larger than {MAX_FILE_BYTES // 1024} KiB", "config.unreadable", file)])
+        large = f"larger than {MAX_FILE_BYTES // 1024} KiB"
+        raise ConfigError([Problem(large, "config.unreadable", file, cure="name the robot's own YAML file")])
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise ConfigError([Problem("is not UTF-8 text", "config.syntax", file, line)]) from error
+        raise ConfigError([Problem("is not UTF-8 text", "config.syntax", file, line, cure=_AS_TEXT)]) from error
+
+
+def _readable(path: Path, error: Exception) -> str:
+    """What to do about a file that can't be opened: the one that is probably meant."""
+    if isinstance(error, FileNotFoundError):
+        beside = guess(path.name, [one.name for one in _yaml_files(path.parent)])
+        return f"{beside} Else `mosaic config init` writes one" if beside else "`mosaic config init` writes one"
+    if isinstance(error, IsADirectoryError):
+        inside = [str(one) for one in _yaml_files(path)[:_MANY_FILES]]
+        return f"name a file in it: {', '.join(inside)}" if inside else "name a YAML file; there is none in this folder"
+    if isinstance(error, PermissionError):
+        return "let this account read it, or be the account that it belongs to"
+    return ""
+
+
+def _yaml_files(folder: Path) -> list[Path]:
+    try:
+        return sorted(one for one in folder.iterdir() if one.suffix in (".yaml", ".yml"))
+    except OSError:
+        return []
 
 
 def parse_yaml(text: str, file: str, environ: Mapping[str, str]) -> YamlDocument:

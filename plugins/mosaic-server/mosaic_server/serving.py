@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
-from uvicorn.config import STARTUP_FAILURE
 
 from mosaic_server.app import create_app
 from mosaic_server.entrance.entrance import Entrance
@@ -24,6 +23,8 @@ from mosaic_server.services import Services
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.link import LinkedProtocol
 
+FAILED = 1
+"""The exit code where it can't listen: uvicorn's own, 3, is that of a robot whose place another one took."""
 _log = logging.getLogger(__name__)
 _QUERY = re.compile(r"\?[^\s\"]*")
 
@@ -84,7 +85,7 @@ class Server(uvicorn.Server):
             listening = bound_sockets(self.config.host, self.config.port)
         except OSError as error:
             _log.error("can't listen on port %d of %s: %s", self.config.port, self.config.host, error)
-            sys.exit(STARTUP_FAILURE)
+            sys.exit(FAILED)
         await super().startup(sockets=[])  # it listens on none by itself
         if self.should_exit:
             for one in listening:

@@ -73,6 +73,13 @@ def test_a_server_that_is_not_there_is_an_error_without_a_traceback(
     assert "Traceback" not in ended.err
 
 
+def test_a_question_that_is_no_json_is_told_before_anybody_signs_in(unsigned: Any) -> None:
+    ended = unsigned("call", "Test robot", "survey", "{duration_s: 1}", "--code", "x", "--server", "http://127.0.0.1:9")
+    assert ended.code == 2
+    assert ended.err.startswith("error: a question is JSON, and this is none: ")
+    assert ended.err.splitlines()[1:] == ["""  cure: write it in single quotes: '{"n": 1}'"""]
+
+
 @pytest.fixture(scope="module")
 def operator(server: Any, seed: Any, start_robot: Any) -> Run:
     start_robot(CONNECTORS)
@@ -119,7 +126,6 @@ class TestWithARobot:
     @pytest.mark.parametrize(
         ("label", "question", "says"),
         [
-            ("survey", "{duration_s: 1}", "code: channel.invalid"),
             ("survey", '{"duration_s": 21}', "duration_s"),
             (
                 "host",

@@ -96,7 +96,7 @@ def test_the_command_writes_a_folder_once(
     (tmp_path / "acme-lamp" / "acme_lamp" / "connector.py").write_text("mine")
     again = mosaic("plugin", "new", "acme-lamp", f"--{kind}")
     assert "acme-lamp is there already" in again.err
-    assert (again.code, (tmp_path / "acme-lamp" / "acme_lamp" / "connector.py").read_text()) == (1, "mine")
+    assert (again.code, (tmp_path / "acme-lamp" / "acme_lamp" / "connector.py").read_text()) == (2, "mine")
 
 
 @pytest.mark.parametrize("kinds", [[], ["--sensor", "--camera"]])

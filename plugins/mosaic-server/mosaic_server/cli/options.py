@@ -62,7 +62,7 @@ def opened(data_dir: Path | None, url: str | None) -> Iterator[Database]:
     except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as error:
         fail(f"--database: {error}", exit_code=2)
     except OSError as error:
-        fail(f"the data directory can't be used: {error}", exit_code=2)
+        fail(f"the data directory can't be used: {error}; name a folder that you may write", exit_code=2)
     try:
         database.migrate()
         yield database

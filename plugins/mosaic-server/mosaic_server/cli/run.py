@@ -16,6 +16,7 @@ from mosaic_server.entrance.bounds import DEFAULT_BOUNDS, Bounds
 from mosaic_server.entrance.forwarded import ProxyHeader
 from mosaic_server.entrance.proxies import proxy_in
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
+from mosaic_server.tls_files import tls_mistake
 
 if TYPE_CHECKING:
     from mosaic_server.settings import Settings
@@ -74,6 +75,8 @@ def run(
     configure_logs(log_level, log_format)
     if (ssl_certfile is None) != (ssl_keyfile is None):
         fail("--ssl-certfile and --ssl-keyfile go together", exit_code=2)
+    if ssl_certfile is not None and ssl_keyfile is not None and (mistake := tls_mistake(ssl_certfile, ssl_keyfile)):
+        fail(f"{mistake}; give PEM files that belong together", exit_code=2)
     is_local = _is_loopback(host)
     if not is_local and ssl_certfile is None:
         _check_public(host, insecure_public)
@@ -157,5 +160,7 @@ def _check_database(settings: Settings) -> None:
             database.close()
     except DatabaseInUse as error:
         fail(str(error))
-    except (SQLAlchemyError, OSError, ModuleNotFoundError) as error:
+    except OSError as error:
+        fail(f"the data directory can't be used: {error}; name a folder that you may write", exit_code=2)
+    except (SQLAlchemyError, ModuleNotFoundError) as error:
         fail(f"the database can't be opened: {error}", exit_code=2)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import errno
 import socket
-import ssl
 import sys
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from mosaic_core.words.lan_wish import LanWish
 from mosaic_server.lan.addresses import ANY_IPV4, ANY_IPV6
 from mosaic_server.lan.home import LanHome
 from mosaic_server.lan.screen import pairing_box
+from mosaic_server.tls_files import tls_mistake
 
 
 class RobotsOwnServer:
@@ -86,11 +86,9 @@ def _check_port(host: str, port: int) -> None:
 def _check_certificate(certificate: Path | None, key: Path | None) -> None:
     if certificate is None or key is None:
         return
-    try:
-        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key)
-    except (ssl.SSLError, OSError) as error:
-        message = f"{certificate} and {key} are no certificate and its key: {error}"
-        raise _refused(message, "give PEM files that belong together") from error
+    mistake = tls_mistake(certificate, key)
+    if mistake:
+        raise _refused(mistake, "give PEM files that belong together")
 
 
 def _refused(message: str, cure: str) -> MosaicError:

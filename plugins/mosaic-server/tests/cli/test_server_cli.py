@@ -6,6 +6,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -317,3 +318,23 @@ def test_the_server_builds_on_the_two_lowest_layers_only() -> None:
         known = ("words", "machines", "runtime") if module.name == "widget_shelf.py" else ("words", "machines")
         for imported in re.findall(r"^\s*(?:from|import) mosaic_core\.?(\w*)", module.read_text(), re.MULTILINE):
             assert imported in known, f"{module} imports mosaic_core.{imported}"
+
+
+def test_a_certificate_that_is_none_is_told_before_anything_starts(data_dir: Path, tmp_path: Path) -> None:
+    file = tmp_path / "cert.pem"
+    file.write_text("no PEM")
+    said = run("run", "--port", "0", "--ssl-certfile", str(file), "--ssl-keyfile", str(file), code=2)
+    assert f"{file} and {file} are no certificate and its key" in said
+    assert not data_dir.exists()
+
+
+def test_a_port_that_is_taken_is_no_robot_that_was_replaced(data_dir: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        run("run", "--port", str(taken.getsockname()[1]), code=1)
+
+
+def test_a_data_directory_that_is_a_file_is_told_with_its_cure(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    for words in (("user", "list"), ("run", "--port", "0")):
+        assert "name a folder that you may write" in run(*words, "--data-dir", str(file), code=2)

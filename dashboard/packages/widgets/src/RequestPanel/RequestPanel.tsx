@@ -7,6 +7,7 @@ import { useMessageDraft } from '../form/useMessageDraft'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { fieldValues, formatted } from '../schema/messageFields'
 import { isGuarded } from '../stores/storeKinds'
+import { wholeSentence } from '../stores/wholeSentence'
 import classes from './RequestPanel.module.css'
 
 const NOTHING = { get: () => null, subscribe: () => () => {} }
@@ -73,7 +74,7 @@ function percentOf(progress: unknown): number | null {
 }
 
 function stateText(phase: string, progress: unknown, error: MosaicError | null): string {
-  if (phase === 'failed' && error !== null) return `${error.message} ${error.cure}`.trim()
+  if (phase === 'failed' && error !== null) return `${wholeSentence(error.message)} ${error.cure}`.trim()
   if (phase === 'answered') return 'Answered'
   if (phase !== 'asking') return 'Ctrl+Enter asks'
   const fields = fieldValues(undefined, progress)

@@ -96,6 +96,9 @@ test.each([
 test('a refusal names its gate, why, what to do, and how many it speaks for', () => {
   const bare = { label: 'cmd_vel', code: 'safety.too_fast' }
   expect(refusalText(bare)).toBe('Refused: Commands came faster than this connector takes them. Send no faster than `max_rate_hz` of the connector.')
+  const invalid = { ...bare, code: 'channel.invalid' }
+  expect(refusalText({ ...invalid, message: "no field 'linera': did you mean 'linear'?" })).toContain("'linear'? Compare it with")
+  expect(refusalText({ ...invalid, message: 'rpm: Field required' })).toContain('Field required. Compare it with')
   expect(refusalText({ ...bare, gate: 'rate', message: 'Slower.', count: 9 })).toBe(
     'Refused at the gate ‘rate’: Slower. Send no faster than `max_rate_hz` of the connector. (and 8 more)',
   )

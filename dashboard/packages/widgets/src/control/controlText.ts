@@ -1,11 +1,12 @@
 /** What the page says about who commands, about the stop, and about what limits the speed: pure, in whole sentences. */
 import { reasonOf, resourceOf, type Availability, type Catalogue, type LeaseView, type PeerView, type Refusal, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
 import { formattedMs } from '../stores/age'
+import { wholeSentence } from '../stores/wholeSentence'
 
 /** What the robot refused: the gate that did, why, what to do, and of how many alike it speaks. */
 export function refusalText({ code, gate, message, count = 1 }: Refusal): string {
   const { sentence, cure } = reasonOf(code)
-  const said = message ?? sentence
+  const said = wholeSentence(message ?? sentence)
   const more = count > 1 ? `(and ${count - 1} more)` : ''
   return [`Refused${gate === undefined ? '' : ` at the gate ‘${gate}’`}: ${said}`, cure, more].filter(Boolean).join(' ')
 }

@@ -8,6 +8,7 @@ import { useAsPicture } from './usePictureInSight'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
 import { receives, showsMedia, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
+import { wholeSentence } from '../stores/wholeSentence'
 import { AgeBadge } from './AgeBadge'
 import { CardMenu } from './CardMenu'
 import classes from './frame.module.css'
@@ -134,5 +135,5 @@ function barText(store: AnyStore, state: StoreState, gap: Gap | null): string | 
 
 function closedText(state: StoreState): string {
   const reason = reasonOf(state.code ?? '')
-  return [state.message ?? reason.sentence, reason.cure].filter((part) => part !== '').join(' ')
+  return [wholeSentence(state.message ?? reason.sentence), reason.cure].filter((part) => part !== '').join(' ')
 }
