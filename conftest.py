@@ -22,6 +22,9 @@ from pair_report import PairReport, is_ci  # noqa: E402
 from support.own_network import enter_own_network  # noqa: E402
 from support.side_by_side import RealPeersScheduling, longest_first  # noqa: E402
 
+os.environ.setdefault("SSL_CERT_FILE", str(Path(__file__).parent / "tests" / "support" / "authority.pem"))
+"""An authority whose key nobody has and whose days are over: nothing is vouched for. To read all that a system trusts,
+each of some thousand HTTP clients would take 17 ms of a processor, also to talk without TLS."""
 REAL = ("webrtc", "e2e", "netlab", "postgresql")
 
 # A busy machine is no failure of pure logic. `MOSAIC_THOROUGH=1`: a night's run, which looks at ten times as much.

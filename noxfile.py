@@ -12,9 +12,11 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import nox
 
@@ -34,6 +36,10 @@ CORES = os.cpu_count() or 1
 WORKERS = 2 * CORES + 1
 """More processes than processors, as half of these tests wait for somebody's patience to end."""
 SIDE_BY_SIDE = ("-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reorder")
+COMPUTING = ("architecture", "contract", "distributions", "docs", "machines", "messages", "words")
+"""Folders of tests that wait for nobody, but for those of real peers there: they may get what others leave."""
+IS_WHOLE = {"tests", "e2e"} <= set(sys.argv)
+"""Whether both are asked for in one run, as `./dev test` does: then the latter has time for those of the former."""
 CHECKS = ("dashboard", "types", "docs")
 """The longest first."""
 BUILT: set[str] = set()
@@ -46,24 +52,26 @@ TYPED = ["mosaic_core", "release", *(str(next(plugin.glob("mosaic_*/")).relative
 def tests(session: nox.Session) -> None:
     """Everything in Python but the browser, side by side, each process in a network of its own: while real peers wait,
     others compute. Without root, where such networks can't be made, real peers follow one after the other."""
+    left = [f"--ignore={name}" for name in _computing()] if IS_WHOLE else []
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
     elif _may_make_networks():
-        _test(session, "not e2e", *SIDE_BY_SIDE, "--own-networks")
+        _test(session, "not e2e", *SIDE_BY_SIDE, *left, "--own-networks")
     else:
-        _test(session, f"not e2e and not ({REAL_PEERS})", *SIDE_BY_SIDE)
+        _test(session, f"not e2e and not ({REAL_PEERS})", *SIDE_BY_SIDE, *left)
         _test(session, f"not e2e and ({REAL_PEERS})", files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session
 def e2e(session: nox.Session) -> None:
     """A real Chromium against the real server and simulated robots: one process, as a browser, its robot and its server
-    keep two processors busy by themselves."""
+    keep two processors busy now and then. In a run with `tests` too, tests that only compute take what they leave."""
     _build_dashboard(session)
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
-    _test(session, "e2e", "--tb=native", files=_with_mark("e2e"))
+    with _beside(session, _computing_tests()) if IS_WHOLE else nullcontext():
+        _test(session, "e2e", "--tb=native", files=_with_mark("e2e"))
 
 
 @nox.session
@@ -209,8 +217,36 @@ def _with_mark(*marks: str) -> list[str]:
     return [str(path.relative_to(ROOT)) for path in TEST_FILES if wanted.search(path.read_text())]
 
 
+def _computing() -> list[str]:
+    """The files with tests that only compute."""
+    others = _with_mark("e2e", "webrtc", "netlab", "postgresql")
+    files = [str(path.relative_to(ROOT)) for path in TEST_FILES if path.parts[len(ROOT.parts)] == "tests"]
+    return [name for name in files if name.split("/")[1] in COMPUTING and name not in others]
+
+
+def _computing_tests() -> list[str]:
+    """What runs them at the lowest priority, with patience."""
+    words = ["nice", "-n", "19", PYTHON, "-m", "pytest", "--timeout=600", "-n", str(CORES), "--dist", "loadscope"]
+    return [*words, *_computing()]
+
+
 def _test(session: nox.Session, marks: str, *options: str, files: Sequence[str] = ()) -> None:
     session.run(PYTHON, "-m", "pytest", "--pairs", "-m", marks, *files, *options, external=True)
+
+
+@contextmanager
+def _beside(session: nox.Session, words: Sequence[str]) -> Iterator[None]:
+    """Runs it meanwhile, and shows what it says when both have ended."""
+    with TemporaryFile("w+") as said, subprocess.Popen(words, cwd=ROOT, stdout=said, stderr=said) as running:
+        try:
+            yield
+            code = running.wait()
+        finally:
+            running.terminate()
+        said.seek(0)
+        print(said.read(), flush=True)
+    if code != 0:
+        session.error(f"failed with exit code {code}: {' '.join(words)}")
 
 
 def _may_make_networks() -> bool:

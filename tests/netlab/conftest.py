@@ -70,13 +70,14 @@ def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[.
     return json.loads(ready.read_text())["port"], account
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def whole_site(
     lab: Lab,
     tmp_path_factory: pytest.TempPathFactory,
     wait_for: Callable[..., float],
 ) -> Iterator[Site]:
-    """One for all tests: what one of them does to the robot, it must survive for the next."""
+    """One for all tests of a module: what one of them does to the robot, it must survive for the next. Kept to the end
+    it would take ten seconds of a processor for nobody."""
     folder = tmp_path_factory.mktemp("lab")
     write_distribution(
         folder,
@@ -149,7 +150,7 @@ def _nat_lab(kind: Kind) -> Iterator[NatLab]:
         yield NatLab(stack, kind)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def coturn(
     nat_lab: NatLab, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
 ) -> Iterator[Coturn]:
@@ -158,7 +159,7 @@ def coturn(
         yield run_coturn(nat_lab, tmp_path_factory.mktemp("coturn"), stack, wait_for)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def fleet(
     nat_lab: NatLab, coturn: Coturn, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
 ) -> Iterator[Fleet]:
@@ -170,7 +171,7 @@ def fleet(
         assert SECRET not in (folder / "server.log").read_text() + found.robot_log.read_text()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def cone_fleet(
     cone_lab: NatLab, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
 ) -> Iterator[Fleet]:

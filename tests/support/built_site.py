@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,13 +18,22 @@ MADE_OF = ("docs", "docs_theme", "mosaic_core", "zensical.toml")
 
 
 def built_site() -> Path:
-    """Of the pages as they are now: what `nox -s docs` built, where nothing is newer."""
-    if _built_s() < max(path.stat().st_mtime for path in _sources()):
-        done = subprocess.run([sys.executable, ROOT / "docs" / "build_site.py"], capture_output=True, text=True)
-        if done.returncode != 0:
-            LAST.unlink(missing_ok=True)  # whoever looks next shall not take it for a site
-        assert done.returncode == 0, done.stdout + done.stderr
+    """Of the pages as they are now: what `nox -s docs` built, where nothing is newer. One process at a time looks."""
+    folder = os.open(ROOT / "docs", os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        if _built_s() < max(path.stat().st_mtime for path in _sources()):
+            _build()
+    finally:
+        os.close(folder)
     return SITE
+
+
+def _build() -> None:
+    done = subprocess.run([sys.executable, ROOT / "docs" / "build_site.py"], capture_output=True, text=True)
+    if done.returncode != 0:
+        LAST.unlink(missing_ok=True)  # whoever looks next shall not take it for a site
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def _built_s() -> float:
