@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Verdict = Literal["passed", "failed", "skipped"]
+DrillVerdict = Literal["passed", "failed", "skipped"]
 TOLERANCE_S = 0.1
 """What threads and the event loop of a busy machine may add to a limit."""
 
@@ -17,7 +17,7 @@ class DrillFinding:
 
     exercise: str
     label: str
-    verdict: Verdict
+    verdict: DrillVerdict
     limit: str = ""
     measured: str = ""
     why: str = ""

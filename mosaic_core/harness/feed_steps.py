@@ -70,7 +70,7 @@ class SlowedTo:
     """0: nothing may move, 1: as fast as it was commanded."""
 
 
-Step: TypeAlias = (
+FeedStep: TypeAlias = (
     "Silence | Leaves | From | Stopped | Cleared | LosesLease | SlowedTo | BaseModel | dict[str, Any] | list[Any] | str"
     " | bytes"
 )

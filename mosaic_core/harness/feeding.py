@@ -20,6 +20,7 @@ from mosaic_core.harness.feed_steps import (
     OPERATOR,
     Cleared,
     Fed,
+    FeedStep,
     From,
     Leaves,
     LosesLease,
@@ -27,7 +28,6 @@ from mosaic_core.harness.feed_steps import (
     RefusedMessage,
     Silence,
     SlowedTo,
-    Step,
     Stopped,
 )
 from mosaic_core.harness.right_kind import check_has, check_script
@@ -50,7 +50,7 @@ from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.safety_config import SafePolicy
 
 
-def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
+def feed(handler: DataChannelReceivable[Any], script: Iterable[FeedStep]) -> Fed:
     """Play ``script`` on the fake clock and say what happened.
 
     ``dict``, ``list`` and models are sent as JSON; ``str`` and ``bytes`` exactly as they are, so that broken JSON can
@@ -74,7 +74,7 @@ def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
     return feeder.fed
 
 
-async def _play_async(feeder: Feeder, script: Iterable[Step]) -> None:
+async def _play_async(feeder: Feeder, script: Iterable[FeedStep]) -> None:
     for step in script:
         playing = feeder.steps(step)
         for waiting in playing:
@@ -128,7 +128,7 @@ class Feeder:
             if value is not None and not self._is_handling:
                 self._handler.handle_data(*((value, self._last_sender) if self._takes_sender else (value,)))
 
-    def steps(self, step: Step) -> Generator[Any, None, None]:
+    def steps(self, step: FeedStep) -> Generator[Any, None, None]:
         """Play one step; yields what ``async def handle_data`` returned, to be awaited."""
         match step:
             case Silence(seconds):

@@ -30,6 +30,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mosaic_core.harness.asked_request import Answered, ask
     from mosaic_core.harness.building import build
     from mosaic_core.harness.collecting import collect, take_frames, take_sounds
     from mosaic_core.harness.fake_hosts import FakeClock, FakeHost, fake_host
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
         Stopped,
     )
     from mosaic_core.harness.feeding import feed
-    from mosaic_core.harness.request_trial import Answered, ask
     from mosaic_core.laboratory.joining import Joined, connector, joined, until
     from mosaic_core.laboratory.memory_ends import MemoryFrame
     from mosaic_core.laboratory.memory_network import MemoryNetwork
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 
 _NAMES_IN = {
-    "harness.request_trial": "Answered ask",
+    "harness.asked_request": "Answered ask",
     "harness.building": "build",
     "harness.collecting": "collect take_frames take_sounds",
     "harness.fake_hosts": "FakeClock FakeHost fake_host",

@@ -20,7 +20,7 @@ from mosaic_core.adapters.aiortc_private.ice.gathering import (
 from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
 from mosaic_core.adapters.aiortc_private.ice.paths import bound_learned_paths, chosen_path, keep_off_loopback
 from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
-from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport, WatchedTransport
+from mosaic_core.adapters.aiortc_private.rtp.paced_transport import PacedTransport, WatchedTransport
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
     PacketNumbers,
     agree_on_arrivals,

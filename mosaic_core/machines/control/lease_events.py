@@ -9,7 +9,7 @@ from typing import Literal
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words.control import Role
 
-Outcome = Literal["granted", "queued", "denied", "ended"]
+LeaseOutcome = Literal["granted", "queued", "denied", "ended"]
 LegacyPeers = Literal["allow", "observe", "refuse"]
 
 
@@ -109,7 +109,7 @@ class Reply:
 
     peer_id: str
     resource: str
-    outcome: Outcome
+    outcome: LeaseOutcome
     epoch: int = 0
     code: str = ""
     message: str = ""

@@ -19,7 +19,7 @@ from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 _log = logging.getLogger(__name__)
 
-Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
+StoreMoment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
 HOPELESS = ("channel.unknown_label", "media.no_line")
 """Codes of failures that waiting does not mend."""
 
@@ -57,7 +57,7 @@ class MosaicStore:
         self.state = StoreState()
         self.counters = StoreCounters()
         """What it has received and sent since it was made."""
-        self._listeners: dict[Moment, Listeners[[]]] = {}
+        self._listeners: dict[StoreMoment, Listeners[[]]] = {}
         self._changed = asyncio.Event()
         self._gap_listeners: Listeners[[Gap]] = Listeners()
         self.warns_of_gaps = True
@@ -91,7 +91,7 @@ class MosaicStore:
         """Call ``callback()`` when it could not be opened; :attr:`state` says why. Returns what ends it."""
         return self.when("after_connection_failed", callback)
 
-    def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
+    def when(self, moment: StoreMoment, callback: Callable[[], None]) -> Callable[[], None]:
         """Call ``callback`` at each such moment; returns what ends it."""
         return self._listeners.setdefault(moment, Listeners()).add(callback)
 
@@ -168,7 +168,7 @@ class MosaicStore:
         self.state = state
         self._changed.set()
 
-    def _moment(self, moment: Moment) -> None:
+    def _moment(self, moment: StoreMoment) -> None:
         methods = [getattr(self, moment)]
         if getattr(type(self), f"on_{moment}") is not getattr(MosaicStore, f"on_{moment}"):
             methods.append(getattr(self, f"on_{moment}"))

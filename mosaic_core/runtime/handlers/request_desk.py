@@ -28,7 +28,7 @@ from mosaic_core.words.codes import REASONS
 
 
 @dataclass(slots=True)
-class _Asked:
+class _BegunRequest:
     question: Any
     request: Request
     progress: Any = None
@@ -43,7 +43,7 @@ class RequestDesk:
         self._handler = handler
         self._is_motion = is_motion
         self._answering = Answering(handler.at_once, handler.answer_within_s)
-        self._asked: dict[int, _Asked] = {}
+        self._asked: dict[int, _BegunRequest] = {}
         """What has begun or will, until its body returns."""
         self._loop = asyncio.get_running_loop()
         self._bodies = RequestBodies(handler, failures, self._returned)
@@ -82,7 +82,7 @@ class RequestDesk:
         if item.request not in self._answering:  # taken back meanwhile
             return
         request = Request(item.sender, lambda value: self._told(item.request, value))
-        self._asked[item.request] = _Asked(question, request)
+        self._asked[item.request] = _BegunRequest(question, request)
         self._answering.admitted(item.request)
         self._begin_more()
 

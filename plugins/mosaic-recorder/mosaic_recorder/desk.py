@@ -23,7 +23,7 @@ from mosaic_recorder.messages import (
     RecorderStatus,
     SnapshotTaken,
 )
-from mosaic_recorder.new_recordings import NewRecordings, Tap, TapData, TapPictures
+from mosaic_recorder.new_recordings import NewRecordings, OpenTap, TapData, TapPictures
 from mosaic_recorder.params import RecorderParams, recorded
 from mosaic_recorder.recording import Recording
 from mosaic_recorder.snapshots import Snapshots
@@ -57,7 +57,7 @@ class RecorderDesk:
         self._teller = threading.Thread(target=self._tell, name="mosaic-recorder-status", daemon=True)
         self._snapshots = Snapshots(folder, params.min_free_bytes, lambda: self._is_over)
         self._snapshot_slots = threading.BoundedSemaphore(MAX_SNAPSHOTS)
-        self.tap: Tap
+        self.tap: OpenTap
         self.tap_pictures: TapPictures
         self.tap_data: TapData
         self.told: Callable[[RecorderStatus], object] = lambda status: None

@@ -14,7 +14,7 @@ from mosaic_core.contract.handler import Refused
 from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import LossAction, action_mode
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.link.vehicle import VehicleFacts
 from mosaic_mavlink.params import VehicleParams
 
@@ -81,7 +81,7 @@ class LossGuard:
         with self._lock:
             return self._mode is not None and self._commander == peer_id
 
-    def make_safe(self, still: Outgoing, cause: str) -> None:
+    def make_safe(self, still: OutgoingMessage, cause: str) -> None:
         """Stand still at once; then the mode for ``cause``. A stick that was let go before is no loss: the vehicle is
         told to stand still on and on, until its operator commands or leaves."""
         vehicle, now_s = self._contact.vehicle, self._contact.now_s()

@@ -16,7 +16,7 @@ from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import VehicleClass, stick_modes
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 
 FULL = 1000
@@ -40,7 +40,7 @@ class ManualControl(Message):
 CENTRED = ManualControl()
 
 
-def sticks_message(kind: VehicleClass, sticks: ManualControl) -> Outgoing:
+def sticks_message(kind: VehicleClass, sticks: ManualControl) -> OutgoingMessage:
     """A ``MANUAL_CONTROL``. Sticks to the right are positive there; the throttle is 0 to 1000 with its middle at 500,
     but for ArduPilot's rovers, which steer by ``y`` and drive by ``z`` from -1000 to 1000."""
     axes = {

@@ -18,7 +18,7 @@ from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import follows_velocities, guided_mode
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 from mosaic_mavlink.telemetry.frames import flu_of_frd
 
@@ -55,7 +55,7 @@ class MavlinkVelocitySafety(SafetyConfig):
         )
 
 
-def velocity_message(twist: Twist) -> Outgoing:
+def velocity_message(twist: Twist) -> OutgoingMessage:
     """A ``SET_POSITION_TARGET_LOCAL_NED`` of a velocity in the vehicle's own axes."""
     vx, vy, vz = flu_of_frd(twist.linear.x, twist.linear.y, twist.linear.z)
     unused = dict.fromkeys(("x", "y", "z", "afx", "afy", "afz", "yaw"), 0.0)
