@@ -12,8 +12,10 @@ TOLERANCE_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class DrillFinding:
-    """``limit`` and ``measured`` are words with units; ``why`` says what was wrong, or why it was not exercised;
-    ``gate``: what on the way of a command refused it, where something must be refused."""
+    """What one exercise of the drill found. ``limit`` and ``measured`` are words with units; ``why`` says what was
+    wrong, or why it was not exercised; ``gate``: what on the way of a command refused it, where something must be
+    refused.
+    """
 
     exercise: str
     label: str

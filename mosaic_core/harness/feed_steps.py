@@ -78,7 +78,7 @@ FeedStep: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class MadeSafe:
-    """``make_safe`` ran."""
+    """A safe action that the receiver ran."""
 
     at_s: float
     """Seconds since the script began."""

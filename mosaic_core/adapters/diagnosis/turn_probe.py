@@ -23,7 +23,9 @@ FAREWELL_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class TurnAnswer:
-    """``code`` is ``check.ok`` where an allocation was made, ``problem`` the end of a sentence about the server."""
+    """What a TURN server answered to a request for an allocation. ``code`` is ``check.ok`` where an allocation was
+    made, ``problem`` the end of a sentence about the server.
+    """
 
     url: str
     code: str

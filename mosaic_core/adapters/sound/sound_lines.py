@@ -14,7 +14,9 @@ from mosaic_core.runtime.transport.transport import AnswererListener
 
 @dataclass(frozen=True, slots=True)
 class SoundLines:
-    """``heard``: mid → microphone, ``spoken``: mid → loudspeaker."""
+    """The microphones and loudspeakers of an offer by its media lines. ``heard``: mid → microphone, ``spoken``: mid →
+    loudspeaker.
+    """
 
     heard: Mapping[str, str]
     spoken: Mapping[str, str]

@@ -31,7 +31,7 @@ ReportPosition: TypeAlias = Callable[[str], float | None]
 
 
 class PositionUnknown(Refused):
-    """It would have to move from where it is, and nobody knows where that is. The text names the field."""
+    """A command would move a field from where it is, and nobody knows where that is. The text names the field."""
 
     def __init__(self, field: str) -> None:
         super().__init__("safety.position_unknown", f"nobody knows where {field} is now, so it can't be moved slowly")

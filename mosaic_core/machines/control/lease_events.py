@@ -117,7 +117,8 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class LeaseChanged:
-    """``resource`` belongs to ``holder`` from now on, ``None``: to nobody, and no longer to ``before``.
+    """The lease of a resource has changed hands. ``resource`` belongs to ``holder`` from now on, ``None``: to nobody,
+    and no longer to ``before``.
 
     ``cause`` is the code of why ``before`` lost it, empty if it was free. ``by``: name or peer id of whoever did it,
     empty if time did. Drop what ``before`` has queued, make safe what it moved, close its permits, tell everybody.

@@ -26,8 +26,9 @@ HOPELESS = ("channel.unknown_label", "media.no_line")
 
 @dataclass(frozen=True, slots=True)
 class StoreState:
-    """``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made anew), ``closed``, or
-    ``mismatch``: the robot has nothing under this label."""
+    """The state of a store: ``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made
+    anew), ``closed``, or ``mismatch``: the robot has nothing under this label.
+    """
 
     phase: Literal["waiting", "open", "reconnecting", "closed", "mismatch"] = "waiting"
     code: str = ""
@@ -38,8 +39,10 @@ class StoreState:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """``lost`` messages of a reliable connector will never arrive: the connection was gone for longer than they could
-    be kept. ``None``: nobody knows how many. ``sent``: those that this store sent, not those that it gets."""
+    """Messages that are missing between two others. ``lost`` messages of a reliable connector will never arrive: the
+    connection was gone for longer than they could be kept. ``None``: nobody knows how many. ``sent``: those that this
+    store sent, not those that it gets.
+    """
 
     lost: int | None
     sent: bool = False

@@ -26,7 +26,7 @@ def is_loopback(host: str) -> bool:
 
 
 class MetricsServer:
-    """``page`` makes the text when somebody asks; it is called on the event loop."""
+    """Serves the metrics over HTTP. ``page`` makes the text when somebody asks; it is called on the event loop."""
 
     def __init__(self, host: str, port: int, page: Callable[[], str]) -> None:
         self._host = host

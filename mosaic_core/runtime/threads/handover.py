@@ -13,7 +13,7 @@ _AT_ONCE = 256
 
 
 class Handover(Generic[T]):
-    """``put`` on any thread; ``deliver`` is called on the loop."""
+    """Hands items over from any thread to the event loop. ``put`` on any thread; ``deliver`` is called on the loop."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, deliver: Callable[[T], None], max_items: int = 10_000) -> None:
         self._loop = loop

@@ -22,9 +22,10 @@ SignalValue = float | bool | str
 
 
 class CommandFrame:
-    """``kinds``: what signals move. ``fixed``: what operators don't say, the same in every command. ``safe``: values of
-    the safe frame beside 0 for each velocity. ``counter``: a signal that counts frames. Raises :class:`MosaicError`
-    (``config.invalid``) for what the DBC file can't follow."""
+    """Packs a command into a CAN frame. ``kinds``: what signals move. ``fixed``: what operators don't say, the same in
+    every command. ``safe``: values of the safe frame beside 0 for each velocity. ``counter``: a signal that counts
+    frames. Raises :class:`MosaicError` (``config.invalid``) for what the DBC file can't follow.
+    """
 
     def __init__(
         self,

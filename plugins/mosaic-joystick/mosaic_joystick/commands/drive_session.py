@@ -32,7 +32,7 @@ ZERO_WAIT_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class StickDrive:
-    """Callable as the work of an operator session."""
+    """Drives a robot by a joystick; callable as the work of an operator session."""
 
     robot: str
     label: str

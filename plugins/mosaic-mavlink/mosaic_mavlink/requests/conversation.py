@@ -29,14 +29,16 @@ class ShowProgress:
 
 @dataclass(frozen=True, slots=True)
 class Concluded:
-    """It is over, with this result."""
+    """A conversation with the vehicle is over, with this result."""
 
     result: Any
 
 
 @dataclass(frozen=True, slots=True)
 class NotConcluded:
-    """It is over: the vehicle refused or fell silent. ``code`` and ``message`` are for the operator."""
+    """A conversation with the vehicle is over: it refused or fell silent. ``code`` and ``message`` are for the
+    operator.
+    """
 
     code: str
     message: str

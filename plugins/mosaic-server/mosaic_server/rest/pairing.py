@@ -38,7 +38,7 @@ class Pairing(WireModel):
 
 
 class Paired(WireModel):
-    """``accessToken`` counts until the device is revoked."""
+    """A device was paired. ``accessToken`` counts until the device is revoked."""
 
     access_token: str = Field(repr=False)
     role: Role
@@ -47,7 +47,9 @@ class Paired(WireModel):
 
 
 class ProofWanted(WireModel):
-    """``claims``: the first two parts of an access token, without the third, which makes it one."""
+    """A device that asks for proof. ``claims``: the first two parts of an access token, without the third, which makes
+    it one.
+    """
 
     claims: str = Field(max_length=4096, pattern=r"^[\w-]+\.[\w-]+$")
     nonce: str = Field(min_length=16, max_length=64, pattern=r"^[\w-]+$")

@@ -43,7 +43,9 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class PairingVerdict:
-    """``accepted``: the offer that was met. ``wrong_pins``: what each open offer has counted now."""
+    """What was judged of an attempt to pair. ``accepted``: the offer that was met. ``wrong_pins``: what each open offer
+    has counted now.
+    """
 
     accepted: str | None
     wrong_pins: dict[str, int]

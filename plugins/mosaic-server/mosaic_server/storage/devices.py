@@ -92,7 +92,7 @@ def withdraw_offer(session: Session, offer_id: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class OfferState:
-    """``device``: who took it. Neither open nor taken: it is too old."""
+    """The state of an offer to pair a device. ``device``: who took it. Neither open nor taken: it is too old."""
 
     is_open: bool
     has_pin: bool
