@@ -54,12 +54,10 @@ _HOSTS = {"host", "url", "broker", "server", "address"}
 @dataclass(slots=True)
 class Life:
     """Three runs of the same handlers, or one that did not end. ``failures``: each with the number of its run;
-    ``stop_s``: the slowest end; ``messages``: what all of them sent; ``stuck``: the lines at which bodies were that did
-    not end."""
+    ``stop_s``: the slowest end; ``stuck``: the lines at which bodies were that did not end."""
 
     failures: list[tuple[int, BaseException]] = field(default_factory=list)
     stop_s: float = 0.0
-    messages: int = 0
     stuck: list[CodePlace] = field(default_factory=list)
 
     @property
@@ -86,7 +84,6 @@ async def lived(one: Examinee) -> Life:
         for number in (1, 2, 3):
             async with trial_run(configured) as run:
                 await run.begun(BEGIN_S if number == 1 else BRIEF_S)
-            life.messages += run.messages
             life.failures += [(number, error) for error in run.failures]
             life.stop_s = max(life.stop_s, run.stop_s)
             if life.stop_s >= STOP_PATIENCE_S:
