@@ -51,7 +51,7 @@ from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
 from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
 from mosaic_core.adapters.aiortc_private.rtp.senders import SenderFeedback
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
-from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PictureLost
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PictureLost
 
 REPORT = bytes.fromhex("8fcd0005 00000001 00000002 0001 0001 000001 00 2001 04 00".replace(" ", ""))
 """Packet 1 arrived a millisecond after 64 ms."""
