@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 from mosaic_core.drill.commands import DrillCommand
 from mosaic_core.drill.findings import ExerciseFailed
 from mosaic_core.drill.recorder import Act
-from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, until
+from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, comes_true
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, encode_frame
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
@@ -72,7 +72,7 @@ class CommandStream:
             raise ExerciseFailed("the robot closed the channel") from None
 
     async def open(self) -> None:
-        if not await until(lambda: self._channel.is_open, BEGIN_S):
+        if not await comes_true(lambda: self._channel.is_open, BEGIN_S):
             raise ExerciseFailed("its data channel did not open")
 
     async def drive(self, for_s: float) -> None:

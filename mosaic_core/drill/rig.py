@@ -80,7 +80,7 @@ class DrillOperator:
 
     async def until_refused(self, code: str) -> bool:
         """Whether the robot says so within a second."""
-        return await until(lambda: code in self.refusals, 1.0)
+        return await comes_true(lambda: code in self.refusals, 1.0)
 
 
 @dataclass(slots=True)
@@ -171,7 +171,7 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
     return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, command, no_command)
 
 
-async def until(condition: Callable[[], object], timeout_s: float) -> bool:
+async def comes_true(condition: Callable[[], object], timeout_s: float) -> bool:
     """Whether ``condition()`` became true in time; it may do so on any thread, so it is looked at every 2 ms."""
     ends_at_s = time.monotonic() + timeout_s
     while not condition():

@@ -8,7 +8,7 @@ import time
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
 from mosaic_core.drill.findings import TOLERANCE_S, ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.recorder import Act, acts_on_silence
-from mosaic_core.drill.rig import DrilledReceiver, Rig, until
+from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true
 from mosaic_core.words.control import PEER_LOST_AFTER_S
 
 AT_ONCE_S = 0.05
@@ -104,7 +104,9 @@ async def lease_expiry(rig: Rig, subject: DrilledReceiver) -> Passed:
         async with opened(rig, subject) as stream:
             stream.who.cut()
             began_s = time.monotonic()
-            is_free = await until(lambda: watcher.control.leases[resource].holder is None, rig.lease_expiry_s + WAIT_S)
+            is_free = await comes_true(
+                lambda: watcher.control.leases[resource].holder is None, rig.lease_expiry_s + WAIT_S
+            )
             if not is_free:
                 raise ExerciseFailed("the lease was not freed", limit=f"{rig.lease_expiry_s * 1e3:.0f} ms")
             return in_time(time.monotonic() - began_s, rig.lease_expiry_s)
@@ -134,7 +136,7 @@ async def _stands_by_the_picture(stream: CommandStream, camera: str, limit_s: fl
                 acts = recorder.commands_since(frozen_s)
                 return next((act.at_s for act in acts if not stream.moves(act)), None)
 
-            await until(stood_at_s, limit_s + falls_s + WAIT_S)
+            await comes_true(stood_at_s, limit_s + falls_s + WAIT_S)
             at_s = stood_at_s()
     finally:
         watching.cancel()
@@ -169,7 +171,7 @@ async def safe_act(subject: DrilledReceiver, since_s: float, limit_s: float, cau
     """The first safe action that returned after ``since_s``; raises :class:`ExerciseFailed` if none did. Where somebody
     drives on, only that of its ``cause`` counts: a time-out between two commands is no stop."""
     recorder = subject.recorder
-    await until(lambda: recorder.safe_since(since_s, cause), limit_s + WAIT_S)
+    await comes_true(lambda: recorder.safe_since(since_s, cause), limit_s + WAIT_S)
     safe = recorder.safe_since(since_s, cause)
     if safe is None:
         broken = next((act.cause for act in recorder.acts if act.kind == "failed" and act.at_s >= since_s), "")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
 from mosaic_core.drill.fields import limits_on
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed, in_time
-from mosaic_core.drill.rig import DrilledReceiver, Rig, until
+from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S, safe_act
 from mosaic_core.machines.commands.gates import Gate
 from mosaic_core.machines.delivery.framing import PayloadKind
@@ -42,7 +42,7 @@ async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_channel: str) -> 
             saying = asyncio.create_task(observer.control.stop("safety drill"))
             try:
                 safe = await safe_act(subject, began_s, AT_ONCE_S, "safety.stop")
-                if not await until(saying.done, WAIT_S):
+                if not await comes_true(saying.done, WAIT_S):
                     raise ExerciseFailed("it stood, but whoever said stop was not told")
             finally:
                 saying.cancel()

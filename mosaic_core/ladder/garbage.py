@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.drill.command_stream import opened
 from mosaic_core.drill.commands import DrillCommand
-from mosaic_core.drill.rig import DrilledReceiver, Rig, rig_of, until
+from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true, rig_of
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import DoesNotApply, NotJudged
 from mosaic_core.machines.delivery.framing import PayloadKind
@@ -45,7 +45,7 @@ async def _failures_of(rig: Rig, subject: DrilledReceiver) -> list[tuple[type[An
         for payload in garbage():
             before = len(subject.recorder.acts) + len(stream.who.refusals)
             stream.say(payload)
-            await until(lambda: len(subject.recorder.acts) + len(stream.who.refusals) > before, REACTION_S)  # noqa: B023
+            await comes_true(lambda: len(subject.recorder.acts) + len(stream.who.refusals) > before, REACTION_S)  # noqa: B023
             failed = next((act for act in subject.recorder.acts if _is_failure(act.kind, act.cause)), None)
             if failed is not None:
                 return [(type(subject.handler), _shown(payload), failed.cause)]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from mosaic_core.contract.handler import AudioTrackHandler, MediaTrackHandler
 from mosaic_core.contract.host import Outgoing, Sender
-from mosaic_core.drill.rig import until
+from mosaic_core.drill.rig import comes_true
 from mosaic_core.laboratory.memory_network import MemoryNetwork
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.runtime.commands.link_watch import LinkWatch
@@ -37,7 +37,7 @@ class TrialRun:
     async def begun(self, patience_s: float) -> None:
         """Wait until it has sent something or failed, at most so long; what has no body sends nothing by itself."""
         if any(body_of(handler) is not None for handler in self.tried.handlers):
-            await until(lambda: self._has_sent() or self.failures, patience_s)
+            await comes_true(lambda: self._has_sent() or self.failures, patience_s)
 
     def _has_sent(self) -> bool:
         rows = self.runs.snapshot({})[: len(self.tried.groups)]  # in the order of the connectors

@@ -1,4 +1,5 @@
 import { Button, Code, Group, Modal, Stack, Text } from '@mantine/core'
+import type { RobotCredentials } from '@mosaic/robot'
 import { useState, type ReactNode } from 'react'
 import { CopyButton } from '../shell/CopyButton'
 import { robotYaml } from './robotYaml'
