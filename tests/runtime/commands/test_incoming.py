@@ -29,6 +29,11 @@ def test_latest_keeps_one_slot_per_sender_so_that_nobody_is_starved() -> None:
     assert inbox.replaced == 1
 
 
+def test_nobody_has_paused_and_nothing_is_a_question_unless_it_is_said() -> None:
+    it = item(b"1")
+    assert (it.has_paused, it.request_id, it.request) == (False, None, 0)
+
+
 def test_a_queue_is_bounded_and_ordered() -> None:
     inbox = Inbox(newest_only=False, limits=QueueLimits(messages=256, size_bytes=2000))
     accepted = [inbox.put(item(str(number).encode())) for number in range(257)]
