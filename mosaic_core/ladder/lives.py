@@ -22,6 +22,8 @@ from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.commands import NoCommand, moving_command
+from mosaic_core.harness.building import build
+from mosaic_core.harness.feeding import feed
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import CodePlace, NotJudged
 from mosaic_core.ladder.shipment import MAX_FILES
@@ -29,8 +31,6 @@ from mosaic_core.ladder.source_places import place_of_frames
 from mosaic_core.ladder.trial_run import entered, trial_run
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
-from mosaic_core.testing.building import build
-from mosaic_core.testing.feeding import feed
 from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
 
 ABSENT = "/dev/mosaic-no-such-device"
@@ -54,12 +54,10 @@ _HOSTS = {"host", "url", "broker", "server", "address"}
 @dataclass(slots=True)
 class Life:
     """Three runs of the same handlers, or one that did not end. ``failures``: each with the number of its run;
-    ``stop_s``: the slowest end; ``messages``: what all of them sent; ``stuck``: the lines at which bodies were that did
-    not end."""
+    ``stop_s``: the slowest end; ``stuck``: the lines at which bodies were that did not end."""
 
     failures: list[tuple[int, BaseException]] = field(default_factory=list)
     stop_s: float = 0.0
-    messages: int = 0
     stuck: list[CodePlace] = field(default_factory=list)
 
     @property
@@ -86,7 +84,6 @@ async def lived(one: Examinee) -> Life:
         for number in (1, 2, 3):
             async with trial_run(configured) as run:
                 await run.begun(BEGIN_S if number == 1 else BRIEF_S)
-            life.messages += run.messages
             life.failures += [(number, error) for error in run.failures]
             life.stop_s = max(life.stop_s, run.stop_s)
             if life.stop_s >= STOP_PATIENCE_S:

@@ -16,6 +16,7 @@ from mosaic_core.laboratory.memory_network import MemoryNetwork
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.configuration.auto_configurer import Configured
+from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.handlers.body import body_of
 from mosaic_core.runtime.handlers.handler_runs import HandlerRuns
 from mosaic_core.runtime.handlers.receiver import Outcome
@@ -25,23 +26,22 @@ VIEWER = "ladder"
 
 @dataclass(slots=True)
 class TrialRun:
-    """What became of one run. ``failures``: the errors that ended bodies; ``stop_s``: how long the end took, once it is
-    over."""
+    """What became of one run. ``tried``: the connector that it is about; ``failures``: the errors that ended bodies;
+    ``stop_s``: how long the end took, once it is over."""
 
     runs: HandlerRuns
-    has_body: bool
+    tried: Connector
     failures: list[BaseException]
     stop_s: float = 0.0
 
-    @property
-    def messages(self) -> int:
-        """What it has sent so far, or shown."""
-        return sum(one.messages for one in self.runs.snapshot({}))
-
     async def begun(self, patience_s: float) -> None:
         """Wait until it has sent something or failed, at most so long; what has no body sends nothing by itself."""
-        if self.has_body:
-            await until(lambda: self.messages or self.failures, patience_s)
+        if any(body_of(handler) is not None for handler in self.tried.handlers):
+            await until(lambda: self._has_sent() or self.failures, patience_s)
+
+    def _has_sent(self) -> bool:
+        rows = self.runs.snapshot({})[: len(self.tried.groups)]  # in the order of the connectors
+        return any(row.messages for row in rows)
 
 
 class _Ear:
@@ -69,11 +69,10 @@ class _Ear:
 @asynccontextmanager
 async def trial_run(configured: Configured) -> AsyncIterator[TrialRun]:
     """Run the handlers of ``configured``, whose shared things are entered, with everything watched, until the block
-    ends."""
+    ends. It is about the first connector; the others stand beside it."""
     network, ear = MemoryNetwork(), _Ear()
     runs = HandlerRuns(configured.connectors, network.open_stream, ear, LinkWatch(), network.open_sound)
-    handlers = [handler for connector in configured.connectors for handler in connector.handlers]
-    run = TrialRun(runs, any(body_of(handler) is not None for handler in handlers), ear.failures)
+    run = TrialRun(runs, configured.connectors[0], ear.failures)
     runs.start()
     _watch_all(configured, runs, ear)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,12 +28,12 @@ class CommandWithServe(TyperCommand):
 
 
 def with_address(arguments: list[str]) -> list[str]:
-    """``--serve`` without a value becomes ``--serve=<default>``."""
+    """``--serve`` without a value becomes ``--serve=<default>``. Of two words that follow the second is the file."""
     whole: list[str] = []
     for index, one in enumerate(arguments):
-        following = arguments[index + 1] if index + 1 < len(arguments) else ""
-        is_bare = one == OPTION and not _ADDRESS.fullmatch(following)
-        whole.append(f"{OPTION}={DEFAULT_ADDRESS}" if is_bare else one)
+        words = [*itertools.takewhile(lambda word: not word.startswith("-"), arguments[index + 1 : index + 3])]
+        has_address = len(words) == 2 or any(map(_ADDRESS.fullmatch, words))
+        whole.append(f"{OPTION}={DEFAULT_ADDRESS}" if one == OPTION and not has_address else one)
     return whole
 
 

@@ -27,7 +27,8 @@ _CORE = str(Path(mosaic_core.__file__).parent.resolve())
 
 def own_modules(roots: Iterable[str]) -> dict[str, Path]:
     """The modules of own code that the modules ``roots`` are made of: themselves and what they import, by name."""
-    loaded = {name: file for name, module in list(sys.modules.items()) if (file := _own_file(module)) is not None}
+    files = {name: getattr(module, "__file__", None) for name, module in list(sys.modules.items())}
+    loaded = {name: own for name, file in files.items() if isinstance(file, str) and (own := _own_file(file))}
     found: dict[str, Path] = {}
     waiting = [name for name in roots if name in loaded]
     while waiting:
@@ -38,9 +39,10 @@ def own_modules(roots: Iterable[str]) -> dict[str, Path]:
     return found
 
 
-def _own_file(module: ModuleType) -> Path | None:
-    file = getattr(module, "__file__", None)
-    if not isinstance(file, str) or not file.endswith(".py"):
+@lru_cache(maxsize=4096)
+def _own_file(file: str) -> Path | None:
+    """Asked of some thousand modules at each reload; where a path leads stays the same."""
+    if not file.endswith(".py"):
         return None
     path = Path(file).resolve()
     return None if str(path).startswith((*_LIBRARIES, _CORE)) else path

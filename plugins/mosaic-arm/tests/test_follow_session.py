@@ -115,6 +115,7 @@ def test_joints_of_the_command_line_are_those_of_the_params() -> None:
         (["--joint", "elbow=999"], "joints.elbow.id"),
         (["--joint", "elbow=1", "--joint", "wrist=1"], "two joints have the motor 1"),
         (["--baud", "3"], "baud"),
+        (["--full-turn", "wrst_roll"], "no joint 'wrst_roll'"),
     ],
 )
 def test_an_arm_that_there_can_not_be_is_a_wrong_word_of_the_command_line(words: list[str], said: str) -> None:

@@ -34,6 +34,7 @@ YAML = "connectors:\n  - { type: connection-check, label: link }\n"
         (["--serve", "10.0.0.7"], ["--serve", "10.0.0.7"]),
         (["--serve", "[fd00::1]:9100"], ["--serve", "[fd00::1]:9100"]),
         (["--serve", "./configs/robot:1"], [f"--serve={DEFAULT_ADDRESS}", "./configs/robot:1"]),
+        (["--serve", "abc", "robot.yaml"], ["--serve", "abc", "robot.yaml"]),
         (["robot.yaml"], ["robot.yaml"]),
     ],
 )

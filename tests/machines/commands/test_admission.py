@@ -21,7 +21,7 @@ from mosaic_core.machines.commands.admission import (
     refusal_on_acting,
     refusal_on_arrival,
 )
-from mosaic_core.machines.commands.gates import Gate, GateRefusal
+from mosaic_core.machines.commands.gates import Gate, GateRefusal, WrongShape
 from mosaic_core.machines.commands.slow_down import Measures
 from mosaic_core.machines.control.lease_events import LegacyPeers
 from mosaic_core.machines.timing.pacing import TokenBucket
@@ -243,6 +243,11 @@ def test_link_and_picture_leave_the_smaller_share_of_the_speed(link: Measures, f
         (
             {"faults": {"limit": Refused("safety.out_of_range", "x")}},
             GateRefusal(Gate.ENVELOPE, "safety.out_of_range", "x"),
+            ["measure", "parse", "limit 1"],
+        ),
+        (
+            {"faults": {"limit": WrongShape("channel.invalid", "linear: a number is needed")}},
+            GateRefusal(Gate.SHAPE, "channel.invalid", "linear: a number is needed"),
             ["measure", "parse", "limit 1"],
         ),
         (

@@ -56,13 +56,17 @@ def test_a_pause_ends_with_every_message() -> None:
 
 @pytest.mark.parametrize(
     ("stamps_us", "pause_s"),
-    [((7_000_000, 7_050_000), 0.05), ((7_000_000, 9_000_000), 0.4), ((7_000_000, 0), 0.4), ((0, 7_000_000), 0.4)],
+    [((7_000_000, 7_050_000), 0.05), ((7_000_000, 9_000_000), 0.5), ((7_000_000, 0), 0.5), ((0, 7_000_000), 0.5)],
     ids=["held up", "paused", "unknown", "unknown before"],
 )
 def test_what_the_link_held_up_is_no_pause(stamps_us: tuple[int, int], pause_s: float) -> None:
     it = CommandPauses(10.0 - OPENING_S)
     it.arrived(1, 10.0, stamps_us[0])
-    assert it.arrived(2, 10.4, stamps_us[1]) == pytest.approx(pause_s)
+    assert it.arrived(2, 10.5, stamps_us[1]) == pause_s
+
+
+def test_before_the_first_command_no_stamp_is_known() -> None:
+    assert CommandPauses(10.0 - OPENING_S).arrived(1, 10.5, 50_000) == 0.5, "the sender's clock began just now"
 
 
 @pytest.mark.parametrize(("after_s", "pause_s"), [(0.4, 0.0), (OPENING_S, 0.0), (OPENING_S + 0.5, 0.5)])

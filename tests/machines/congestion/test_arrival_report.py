@@ -77,3 +77,9 @@ def test_what_is_written_is_read(first: int, ticks: list[int | None]) -> None:
     (report,) = arrival_reports(written(first, ticks))
     assert report.first_number == first
     assert report.arrivals_s == tuple(None if one is None else pytest.approx(one / TICKS_PER_S) for one in ticks)
+
+
+@pytest.mark.parametrize(("reference", "at_s"), [(0x7FFFFF, 536_870.848), (0x800000, -536_870.912), (0xFFFFFF, -0.064)])
+def test_a_receivers_clock_may_stand_before_zero(reference: int, at_s: float) -> None:
+    (report,) = arrival_reports(written(1, [reference * 256 + 4], reference=reference))
+    assert report.arrivals_s == (pytest.approx(at_s + 0.001, abs=1e-6),)

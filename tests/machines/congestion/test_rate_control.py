@@ -9,14 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mosaic_core.machines.congestion.rate_control import (
-    START_BPS,
-    BandwidthEstimate,
-    PacketsMissing,
-    PictureLost,
-    RateControl,
-    ReceiverReport,
-)
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
+from mosaic_core.machines.congestion.rate_control import START_BPS, RateControl
 
 MIN_BPS, MAX_BPS = 150_000, 4_000_000
 
@@ -256,3 +250,9 @@ def test_no_narrow_link_is_overrun_for_long(capacity_bps: float) -> None:
     settled = link.history[25:]
     assert sum(settled) / len(settled) < 1.15 * capacity_bps
     assert sum(settled) / len(settled) > 0.4 * capacity_bps
+
+
+def test_what_was_sent_counts_for_less_than_a_second() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    rate.sent(1000, 10.0)
+    assert [rate.sent_bps(now_s) for now_s in (10.0, 10.75, 11.0)] == [8000, 8000, 0]

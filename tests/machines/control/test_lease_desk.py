@@ -724,3 +724,15 @@ def test_a_resource_that_comes_later_is_free_and_one_that_is_there_keeps_its_hol
     assert [desk.holder(one) for one in before] == held
     assert ANNA in held
     assert desk.holder("lamp") is None
+
+
+def test_a_resource_that_comes_later_is_leased_under_its_own_name_and_for_the_same_time() -> None:
+    desk = desk_with(ANNA)
+    desk.add(["lamp"])
+    assert desk.handle(Requested("a", "lamp"), 1.0) == [
+        LeaseChanged("lamp", ANNA, 100, "", "Anna", None),
+        Reply("a", "lamp", "granted", 100),
+    ]
+    assert desk.deadline_s == 3.0
+    lost = change(desk.handle(DeadlinePassed(), 3.0))
+    assert (lost.resource, lost.holder, lost.before) == ("lamp", None, ANNA)

@@ -18,6 +18,8 @@ from mosaic_core.machines.signaling.peer_admission import (
     StartPeer,
     StopPeer,
 )
+from mosaic_core.machines.signaling.robot_places import HALF_OPEN_S, ROOM_TO_KEEP
+from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, PrepareConnection, RobotStatus, SdpOffer
@@ -80,6 +82,35 @@ def test_more_than_fits_is_told_so() -> None:
     assert offered(admission, "p2", "b/bob")[0].code == "signal.robot_busy"
     admission.forget("p1")
     assert admission.status(several=True) is RobotStatus.READY_TO_CONNECT
+
+
+def test_at_a_full_robot_a_session_replaces_its_own_peer_and_that_one_is_told_why() -> None:
+    admission = PeerAdmission(1)
+    offered(admission, "p1", "s/alice")
+    admission.connected("p1")
+    assert offered(admission, "p2", "t/alice")[0].code == "signal.robot_busy", "another session is somebody else's page"
+    stop, start = offered(admission, "p3", "s/alice")
+    assert stop == StopPeer("p1", "signal.robot_busy", was_connected=True)
+    assert start.peer_id == "p3"
+
+
+def test_at_a_full_robot_who_never_connected_makes_room_and_is_told_why() -> None:
+    admission = PeerAdmission(1)
+    offered(admission, "p1", "a/alice")
+    stop, start = offered(admission, "p2", "b/bob", HALF_OPEN_S + 0.1)
+    assert stop == StopPeer("p1", "signal.robot_busy", was_connected=False)
+    assert start.peer_id == "p2"
+
+
+@pytest.mark.parametrize(("role", "is_taken"), [("operator", False), ("observer", False), ("supervisor", True)])
+def test_the_last_place_is_for_a_supervisor(role: Role, is_taken: bool) -> None:
+    admission = PeerAdmission(ROOM_TO_KEEP)
+    for number in range(1, ROOM_TO_KEEP):
+        offered(admission, f"p{number}", f"s{number}/operator {number}")
+        admission.connected(f"p{number}")
+    admission.prepare(PrepareConnection(rtc_connection_id="last", ticket="t"), 0.0)
+    (answer,) = decided(admission, "last", tickets=lambda *_: PeerIdentity("s", "dana", role=role))
+    assert isinstance(answer, StartPeer if is_taken else RefusePeer)
 
 
 def test_a_connection_has_one_offer() -> None:
@@ -301,6 +332,14 @@ def test_what_is_forgotten_was_in_a_phase_and_leaves_nothing() -> None:
     offered(admission, "p1", "a/alice")
     admission.connected("p1")
     assert admission.forget("p1") == "connected"
+
+
+def test_of_whom_is_forgotten_nothing_is_kept() -> None:
+    admission = PeerAdmission(4)
+    again(admission, "AB:CD", several=True)
+    list(admission.candidate(ExchangeIceCandidate(rtc_connection_id="p1", ice_candidate=CANDIDATE), 0.0))
+    admission.forget("p1")
+    assert not any(kept for kept in vars(admission).values() if isinstance(kept, dict))
 
 
 def test_toward_an_original_server_a_peer_that_never_connected_is_replaced_as_such() -> None:

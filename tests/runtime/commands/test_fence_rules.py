@@ -66,6 +66,11 @@ def test_who_holds_the_lease_may_move_what_it_is_of(it: Fenced) -> None:
     assert it.fence.refusal(DRIVE, "a", 7, 10.0 + LEASE_EXPIRY_S) == "lease.expired"
 
 
+def test_resources_that_come_later_are_leased_too_and_the_new_ones_are_told(it: Fenced) -> None:
+    assert it.fence.add_resources(["motion", "lamp"]) == ("lamp",)
+    assert it.desk.resources == ("motion", "arm", "lamp")
+
+
 def arrived(channel: CommandChannel, **how: Any) -> ArrivedCommand:
     anna = ArrivedCommand(channel, "a", "operator", is_ours=True, epoch=7, now_s=10.0)
     return replace(anna, **how)

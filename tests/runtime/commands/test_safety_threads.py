@@ -385,6 +385,18 @@ def test_one_safe_action_that_failed_makes_it_unsafe(stage: Stage, safety: Safet
     assert not safety.make_all_safe("safety.shutdown", 0.4)
 
 
+def test_a_receiver_that_is_gone_is_watched_no_more_and_the_others_are(stage: Stage, safety: SafetyWatchdog) -> None:
+    gone, left = Motor(stage), Motor(stage)
+    unloaded = guarded(safety, gone, timeout_s=0.25)
+    commanded(unloaded)
+    commanded(guarded(safety, left, timeout_s=0.5))
+    safety.forget([unloaded])
+    stage.turn()
+    assert stage.waits_s == [0.5]
+    assert safety.make_all_safe("safety.shutdown", 0.4)
+    assert (gone.calls, left.calls) == ([], ["safety.shutdown"])
+
+
 def test_at_the_end_farewells_are_waited_for(stage: Stage, safety: SafetyWatchdog) -> None:
     motor, are_waited_for = Motor(stage), []
     guarded(safety, motor).peer_left(ANN)

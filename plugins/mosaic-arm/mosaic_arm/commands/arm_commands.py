@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from mosaic_core.cli.operator.account_options import Work, command
+from mosaic_core.words.errors import hint_at
 
 if TYPE_CHECKING:
     from mosaic_arm.params import ArmParams
@@ -54,6 +56,14 @@ def arm_of(**fields: Any) -> ArmParams:
         raise typer.BadParameter(f"{place}: {said}" if place else said) from None
 
 
+def known_joints(full_turn: list[str], joints: Collection[str]) -> list[str]:
+    """The joints without an end that this arm has. Raises :class:`typer.BadParameter` for another that is named."""
+    unknown = [one for one in full_turn if one not in joints]
+    if unknown and full_turn != FULL_TURN:
+        raise typer.BadParameter(f"--full-turn: this arm has no joint {unknown[0]!r}{hint_at(unknown[0], joints)}")
+    return [one for one in full_turn if one in joints]
+
+
 @app.command()
 def calibrate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The calibration file, as LeRobot writes it.")],
@@ -76,7 +86,7 @@ def calibrate(
     if write:
         write_to_motors(params, file)
     else:
-        guide(params, file, full_turn)
+        guide(params, file, known_joints(full_turn, params.joints))
 
 
 @command(group=app, is_person=True, has_timeline=True)

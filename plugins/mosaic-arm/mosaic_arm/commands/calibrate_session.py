@@ -65,7 +65,7 @@ def calibrate(
         opened.store_calibration(
             [one.model_copy(update={"homing_offset": offsets[name]}) for name, one in zip(ids, plain, strict=True)]
         )
-        recorder = RangeRecorder([name for name in full_turn if name in ids])
+        recorder = RangeRecorder(full_turn)
         typer.echo("Move every joint from one end to the other, then press Enter.")
         _record(opened, ids, recorder, enter())
         found = recorder.calibrations(ids, offsets)

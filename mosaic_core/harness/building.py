@@ -7,11 +7,11 @@ from typing import Any, Protocol, TypeVar, cast
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
+from mosaic_core.harness.right_kind import check_configurer
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
-from mosaic_core.testing.fake_hosts import FakeClock, FakeHost
-from mosaic_core.testing.right_kind import check_configurer
 from mosaic_core.words.errors import ConfigError
 
 Made = TypeVar("Made", covariant=True)

@@ -14,6 +14,23 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.harness.fake_hosts import FakeHost, fake_host
+from mosaic_core.harness.fake_loop import run_on
+from mosaic_core.harness.feed_steps import (
+    OPERATOR,
+    Cleared,
+    Fed,
+    From,
+    Leaves,
+    LosesLease,
+    MadeSafe,
+    RefusedMessage,
+    Silence,
+    SlowedTo,
+    Step,
+    Stopped,
+)
+from mosaic_core.harness.right_kind import check_has, check_script
 from mosaic_core.machines.commands.admission import (
     ArrivedCommand,
     CommandChannel,
@@ -29,23 +46,6 @@ from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
-from mosaic_core.testing.fake_hosts import FakeHost, fake_host
-from mosaic_core.testing.fake_loop import run_on
-from mosaic_core.testing.feed_steps import (
-    OPERATOR,
-    Cleared,
-    Fed,
-    From,
-    Leaves,
-    LosesLease,
-    MadeSafe,
-    RefusedMessage,
-    Silence,
-    SlowedTo,
-    Step,
-    Stopped,
-)
-from mosaic_core.testing.right_kind import check_has, check_script
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.safety_config import SafePolicy
 
