@@ -71,7 +71,7 @@ class LossGuard:
         if self._action != "none" and action_mode(facts.kind, self._action) is None:
             raise Refused("mavlink.no_such_action", f"a {facts.kind} knows no {self._action}; choose another on_loss")
 
-    def send(self, command: Outgoing, mode: str, commander: str, *, moves: bool) -> None:
+    def send(self, command: OutgoingMessage, mode: str, commander: str, *, moves: bool) -> None:
         """Send a command in this ``mode``, again and again until its operator has been silent for too long. Raises
         :class:`Refused` where the link is lost."""
         vehicle = self._contact.vehicle
