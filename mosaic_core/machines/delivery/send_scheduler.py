@@ -163,12 +163,12 @@ class SendScheduler:
         ``window_bytes`` may be on their way at a time: on a slow path so much less waits below.
         """
         quarter_bytes = high_water_bytes(window_bytes) // 4
-        if buffered_bytes <= 0 or buffered_bytes < _QUARTERS[Priority.CONTROL] * quarter_bytes:
+        if buffered_bytes < _QUARTERS[Priority.CONTROL] * quarter_bytes:
             taken = self._take_from(Priority.CONTROL)
             if taken is not None:
                 return taken
         priorities = [priority for priority in _SHARES if self._turns[priority]]
-        if not priorities or 0 < buffered_bytes >= min(_QUARTERS[priority] for priority in priorities) * quarter_bytes:
+        if not priorities or buffered_bytes >= min(_QUARTERS[priority] for priority in priorities) * quarter_bytes:
             return None
         for priority in sorted(priorities, key=self._served.__getitem__):
             taken = self._take_from(priority)

@@ -123,7 +123,7 @@ class RobotPeerMachine:
 
     def __init__(self, now_s: float, *, is_media_only: bool = False) -> None:
         self._phase: Phase = "answering"
-        self._is_original = is_media_only
+        self._is_media_only = is_media_only
         self._is_ours = False
         self._has_channel = False
         self.deadline_s: float | None = now_s + TIMEOUTS["answering"][0]
@@ -184,7 +184,7 @@ class RobotPeerMachine:
         return []
 
     def _connected(self, now_s: float) -> list[Effect]:
-        if self._is_original:
+        if self._is_media_only:
             return [TellConnected(), *self._original()]
         self._phase = "greeting"
         is_bare = self._has_channel and not self._is_ours
@@ -195,7 +195,6 @@ class RobotPeerMachine:
         is_first, self._has_channel = not self._has_channel, True
         was_ours, self._is_ours = self._is_ours, self._is_ours or by == "ours"
         if by == "original" and not self._is_ours:
-            self._is_original = True
             return self._known_as_original()
         if self._phase != "greeting":
             return []

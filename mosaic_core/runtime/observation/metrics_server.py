@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 from collections.abc import Callable
 from http import HTTPStatus
 
+from mosaic_core.machines.peers.home_address import is_loopback
 from mosaic_core.runtime.observation.metrics_text import CONTENT_TYPE
 from mosaic_core.words.errors import MosaicError
 
 _MAX_HEAD_BYTES = 8 * 1024
 _PATIENCE_S = 5.0
 _MAX_READERS = 16
-_LOOPBACK_NAMES = ("localhost",)
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only this machine reaches ``host``."""
-    try:
-        return host in _LOOPBACK_NAMES or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 class MetricsServer:

@@ -88,6 +88,12 @@ def test_a_cause_comes_before_what_it_explains() -> None:
     assert first_steps(found[4:]) == ()
 
 
+@pytest.mark.parametrize("effect", ["server.tcp", "ice.servers", "device.camera"])
+def test_a_file_that_cannot_be_read_explains_what_it_should_have_told(effect: str) -> None:
+    found = [failed(check, "config.invalid") for check in (effect, "machine.python", "config.yaml")]
+    assert [one.check for one in first_steps(found)] == ["machine.python", "config.yaml"]
+
+
 CHECKS = ["config.yaml", "server.dns", "server.tls", "server.token", "ice.turn", "ice.relay", "relay.connection", "x.y"]
 
 

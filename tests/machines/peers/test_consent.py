@@ -26,6 +26,11 @@ def walked(it: Consent, from_s: float, until_s: float, unit: float = 0.5) -> lis
     return steps
 
 
+def test_ticks_are_spread_by_a_fifth_either_way() -> None:
+    it = Consent(0.0)
+    assert [it.pause_s(0.0, unit) for unit in (0.0, 0.5, 1.0)] == pytest.approx([0.8 * TICK_S, TICK_S, 1.2 * TICK_S])
+
+
 @pytest.mark.parametrize("unit", [0.0, 0.5, 0.999])
 def test_a_peer_that_vanishes_is_asked_ten_times_and_then_lost_within_the_bound(unit: float) -> None:
     it = Consent(0.0)

@@ -9,6 +9,7 @@ import pytest
 
 from mosaic_core import DataChannelByteReceivable, DataChannelReceivable, DataChannelStringReceivable, Message, Sender
 from mosaic_core.contract.handler import DataChannelJsonReceivable, Refused
+from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.machines.delivery.send_scheduler import QueueLimits
 from mosaic_core.runtime.commands.inbox import Inbox, Incoming
 from mosaic_core.runtime.commands.payload import PayloadReader
@@ -27,6 +28,11 @@ def test_latest_keeps_one_slot_per_sender_so_that_nobody_is_starved() -> None:
     assert [taken.payload for taken in (inbox.take(), inbox.take()) if taken] == [b"3", b"2"]
     assert inbox.take() is None
     assert inbox.replaced == 1
+
+
+def test_nobody_has_paused_and_nothing_is_a_question_unless_it_is_said() -> None:
+    it = item(b"1")
+    assert (it.has_paused, it.request_id, it.request) == (False, None, 0)
 
 
 def test_a_queue_is_bounded_and_ordered() -> None:
@@ -97,6 +103,25 @@ class Speed(Message):
 
 class Typed(DataChannelReceivable[Speed]):
     pass
+
+
+class Turn(Message):
+    by_deg: float = 0.0
+
+
+class Whatever(Message, extra="allow"):
+    pass
+
+
+class Asked(RequestHandler[Whatever | Turn, str]):
+    def answer(self, question: Whatever | Turn, request: Request) -> str:
+        return ""
+
+
+def test_a_question_may_say_whatever_one_of_its_models_keeps() -> None:
+    read = PayloadReader(Asked("a")).read
+    assert read(b'{"by_deg": 1.5}') == Turn(by_deg=1.5)
+    assert read(b'{"w": 1}') == Whatever(w=1)
 
 
 def test_a_typed_receiver_gets_its_message() -> None:

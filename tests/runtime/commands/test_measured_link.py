@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
+from mosaic_core.runtime.commands import link_watch
 from mosaic_core.runtime.commands.link_watch import MeasuredLink
 from mosaic_core.words.limits import SlowDownCurves
 
@@ -21,3 +24,8 @@ def test_an_answer_to_a_ping_that_nobody_sent_is_ignored(t0_us: int) -> None:
     link = MeasuredLink()
     link.ponged(t0_us)
     assert link.speed(SlowDownCurves()) == (1.0, ())
+
+
+def test_a_ping_says_when_it_was_sent_in_microseconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link_watch, "time", SimpleNamespace(monotonic=lambda: 1000.0))
+    assert MeasuredLink().pinged().t0 == 1_000_000_000

@@ -84,6 +84,7 @@ async def test_a_message_that_takes_no_zero_costs_the_zeros_and_not_the_receiver
         drive.say({"v": 1})
         await kit.until(lambda: "takes no zeros" in caplog.text)
         [told] = [record for record in caplog.records if "takes no zeros" in record.message]
+        assert told.message.startswith("'drive' takes no zeros: ")
         assert vars(told)["label"] == "drive"
         assert base.log == [1.0, "safety.timeout"]
         drive.say({"v": 2})

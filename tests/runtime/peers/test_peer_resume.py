@@ -206,6 +206,15 @@ async def test_what_the_lost_peer_has_not_confirmed_comes_on_the_next_one_once()
     assert [seq for _, _, seq in second.got] == [3]
 
 
+async def test_another_run_of_the_operators_page_begins_anew() -> None:
+    robot = Robot()
+    Peer(robot).resumes()
+    second = Peer(robot, "p2")
+    second.resume.said_hello(HELLO.model_copy(update={"boot_id": "another page"}))
+    second.resume.resume_heard(Resume(boot_id="robot"))
+    assert second.said == [Resume(boot_id="robot", is_new=True, received={"orders": 0}, upcoming={"events": 1})]
+
+
 async def test_what_an_operator_remembers_of_another_boot_of_the_robot_means_nothing() -> None:
     robot = Robot()
     first = Peer(robot)

@@ -10,7 +10,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Self
 
 from pymavlink.dialects.v20 import ardupilotmega as words
@@ -143,9 +142,7 @@ class MavlinkLink:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         ends_s = time.monotonic() + LAST_ORDERS_S
         while any(one.is_insisting for one in self._vehicles.values()) and time.monotonic() < ends_s:
             self._closing.wait(READ_TIMEOUT_S)
