@@ -45,7 +45,10 @@ CHECKS = ("dashboard", "types", "docs")
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
-TYPED = ["mosaic_core", "release", *(str(next(plugin.glob("mosaic_*/")).relative_to(ROOT)) for plugin in PLUGINS)]
+EXAMPLE = "examples/third-party-connector/acme_workbench"
+TYPED = [
+    "mosaic_core", "release", EXAMPLE, *(str(next(plugin.glob("mosaic_*/")).relative_to(ROOT)) for plugin in PLUGINS)
+]  # fmt: skip
 
 
 @nox.session

@@ -12,7 +12,7 @@ import numpy as np
 from mosaic_camera.marks import draw_marks
 from mosaic_ros2.bus.dds.dds_bus import DdsBus
 from mosaic_ros2.bus.qos import QosProfile
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.definitions.type_book import TypeBook
 
 IMAGE, CLOUD = "sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2"
@@ -31,7 +31,7 @@ def publish(pipe: Connection, domain: int) -> None:
     book = TypeBook()
     bus = DdsBus(domain, book, "lo")
     images, clouds = bus.publish("/image", IMAGE, QOS), bus.publish("/points", CLOUD, QOS)
-    image, cloud = Encoder(book, IMAGE), Encoder(book, CLOUD)
+    image, cloud = CdrEncoder(book, IMAGE), CdrEncoder(book, CLOUD)
     scene = np.random.default_rng(1).integers(0, 255, (HEIGHT // 16, WIDTH // 16, 3), np.uint8)
     picture = np.kron(scene, np.ones((16, 16, 1), np.uint8))
     angles = np.linspace(0, 40 * np.pi, POINTS, dtype=np.float32)

@@ -129,7 +129,7 @@ async def _aiortc(pipe: Connection, orders: Connection, codec: str, pictures: li
     from aiortc.codecs.h264 import H264Encoder
     from aiortc.codecs.vpx import Vp8Encoder
 
-    from mosaic_core.adapters.aiortc_private import prefer_codecs
+    from mosaic_core.adapters.aiortc_private.rtp.codecs import prefer_codecs
 
     used = _time_encoding(H264Encoder if codec == "h264" else Vp8Encoder)
     newest = _Newest()

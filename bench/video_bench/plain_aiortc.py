@@ -10,7 +10,8 @@ from typing import Any
 import av
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription, VideoStreamTrack
 
-from mosaic_core.adapters.aiortc_private import RtpOriginLearner, prefer_codecs
+from mosaic_core.adapters.aiortc_private.rtp.codecs import prefer_codecs
+from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner
 from mosaic_core.runtime.transport.transport import AnswererListener
 from mosaic_core.words.signaling import IceCandidate
 from video_bench.scene import Image

@@ -117,10 +117,10 @@ SETTLE_S = 2.0
 """Until the encoder has found the link's rate; what comes before is told by the set-up time."""
 CUT_S = 2.0
 RECOVERY_S = 20.0
-Told = Callable[[str], None]
+TellLine = Callable[[str], None]
 
 
-async def measured(profile: LinkProfile, seconds: float, nat: NatKind | None, tell: Told) -> Figures:
+async def measured(profile: LinkProfile, seconds: float, nat: NatKind | None, tell: TellLine) -> Figures:
     """Takes ``seconds`` and about eight more; ``tell`` hears what it is at. Raises :class:`TimeoutError` if the robot
     does not start."""
     async with AsyncExitStack() as stack:

@@ -126,7 +126,9 @@ async def _tell(inner: MemorySocket, outer: LineSocket) -> None:
 
 
 class RobotProcess:
-    """``with`` runs it. :meth:`take_obeyed` may be called from any one thread at a time."""
+    """A robot in a process of its own, for the bench. ``with`` runs it. :meth:`take_obeyed` may be called from any one
+    thread at a time.
+    """
 
     def __init__(self, port: int) -> None:
         spawn = multiprocessing.get_context("spawn")

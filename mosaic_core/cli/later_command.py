@@ -15,7 +15,9 @@ from mosaic_core.words.errors import PluginError
 
 
 class LaterCommand(TyperCommand):
-    """``entry_point`` names a typer application, a function or a command of click."""
+    """A command that is imported when it is asked for. ``entry_point`` names a typer application, a function or a
+    command of click.
+    """
 
     def __init__(self, entry_point: EntryPoint, help_line: str) -> None:
         self.entry_point = entry_point

@@ -44,8 +44,9 @@ class TappedMessage:
 
 
 class DataTap(Protocol):
-    """Open while it is entered; a connector that runs only while somebody listens runs for it alone. Begins with the
-    value that a late listener would get. For one thread at a time."""
+    """The messages of one connector, tapped on the robot. Open while it is entered; a connector that runs only while
+    somebody listens runs for it alone. Begins with the value that a late listener would get. For one thread at a time.
+    """
 
     @property
     def channels(self) -> Sequence[TappedChannel]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from pydantic import Field, model_validator
 
 from mosaic_core.contract.params import Params, unit
+from mosaic_core.machines.media.rung_ladder import Preset
 
 if TYPE_CHECKING:
     import av
@@ -37,7 +38,6 @@ Encoder: TypeAlias = Literal[
     "auto", "h264_nvenc", "h264_qsv", "h264_vaapi", "h264_v4l2m2m", "h264_amf", "libx264",
     "vp8_vaapi", "vp8_v4l2m2m", "libvpx",
 ]  # fmt: skip
-Preset: TypeAlias = Literal["drive", "inspect"]
 
 _VP8_ENCODERS = ("vp8_vaapi", "vp8_v4l2m2m", "libvpx")
 

@@ -29,8 +29,10 @@ class TappedPicture:
 
 
 class MediaTap(Protocol):
-    """Open while it is entered; the camera runs for it alone if nobody else watches. Starts with a key frame, and goes
-    on at a key frame when pictures had to be dropped. For one thread at a time."""
+    """The packets of one camera, tapped on the robot. Open while it is entered; the camera runs for it alone if nobody
+    else watches. Starts with a key frame, and goes on at a key frame when pictures had to be dropped. For one thread at
+    a time.
+    """
 
     @property
     def dropped(self) -> int:
@@ -63,8 +65,10 @@ class TappedImage:
 
 
 class PictureTap(Protocol):
-    """Open while it is entered; the camera runs for it alone if nobody else watches. Only pictures that are asked for
-    are copied, so that a slow reader costs little and always gets a fresh one. For one thread at a time."""
+    """The pictures of one camera, tapped on the robot. Open while it is entered; the camera runs for it alone if nobody
+    else watches. Only pictures that are asked for are copied, so that a slow reader costs little and always gets a
+    fresh one. For one thread at a time.
+    """
 
     @property
     def failure(self) -> str:

@@ -88,13 +88,6 @@ def _is_key(key: str) -> bool:
     return key == EVERY or key.isdecimal()
 
 
-def field_paths(schema: dict[str, Any] | None) -> frozenset[str]:
-    """The dotted paths of all numbers that a JSON Schema names; none where it names no properties."""
-    if schema is None:
-        return frozenset()
-    return frozenset(_paths(schema, schema.get("$defs", {}), 0, _is_number))
-
-
 Test = Callable[[dict[str, Any], dict[str, Any]], bool]
 
 

@@ -14,8 +14,8 @@ from mosaic_core.words.finding import Finding, failed, passed
 if TYPE_CHECKING:
     from mosaic_core.adapters.video.video_encoder import EncoderKind
 
-Codec: TypeAlias = Literal["VP8", "H264"]
-CODECS: tuple[Codec, ...] = ("VP8", "H264")
+TriedCodec: TypeAlias = Literal["VP8", "H264"]
+CODECS: tuple[TriedCodec, ...] = ("VP8", "H264")
 
 
 async def encoder_checks(root: Path = ROOT) -> AsyncIterator[Finding]:
@@ -27,11 +27,11 @@ async def encoder_checks(root: Path = ROOT) -> AsyncIterator[Finding]:
         yield passed("video.taken", taken_sentence(found, Board(board_model(root))))
 
 
-def found_encoders() -> dict[Codec, EncoderKind]:
+def found_encoders() -> dict[TriedCodec, EncoderKind]:
     """The encoder of each codec, as cameras would find it; a codec that nothing encodes is not there. Blocks."""
     from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind
 
-    found: dict[Codec, EncoderKind] = {}
+    found: dict[TriedCodec, EncoderKind] = {}
     for codec in CODECS:
         try:
             found[codec] = chosen_kind(codec)
@@ -40,7 +40,7 @@ def found_encoders() -> dict[Codec, EncoderKind]:
     return found
 
 
-def taken_sentence(found: Mapping[Codec, EncoderKind], board: Board) -> str:
+def taken_sentence(found: Mapping[TriedCodec, EncoderKind], board: Board) -> str:
     """Which of ``found`` cameras take, and where the documentation tells what this board could do."""
     from mosaic_core.adapters.video.found_encoders import preferred_of
 
@@ -50,7 +50,7 @@ def taken_sentence(found: Mapping[Codec, EncoderKind], board: Board) -> str:
     return f"{taken}; see {board.page}."
 
 
-def _of_codec(codec: Codec, found: Mapping[Codec, EncoderKind]) -> Finding:
+def _of_codec(codec: TriedCodec, found: Mapping[TriedCodec, EncoderKind]) -> Finding:
     check = f"video.{codec.lower()}"
     kind = found.get(codec)
     if kind is None:

@@ -43,7 +43,7 @@ class Subject:
 
 
 class Plan:
-    """Make it on the event loop that runs the checks."""
+    """What the doctor examines, and with what. Make it on the event loop that runs the checks."""
 
     def __init__(self, subject: Subject) -> None:
         self._only = subject.only

@@ -30,7 +30,7 @@ _FORMATS = {
 
 
 class NoCommand(Exception):
-    """There is no valid message for this receiver; the text says why."""
+    """A receiver has no valid message that the drill could make; the text says why."""
 
 
 @dataclass(frozen=True, slots=True)

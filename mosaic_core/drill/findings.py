@@ -5,19 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Verdict = Literal["passed", "failed", "skipped"]
+DrillVerdict = Literal["passed", "failed", "skipped"]
 TOLERANCE_S = 0.1
 """What threads and the event loop of a busy machine may add to a limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class DrillFinding:
-    """``limit`` and ``measured`` are words with units; ``why`` says what was wrong, or why it was not exercised;
-    ``gate``: what on the way of a command refused it, where something must be refused."""
+    """What one exercise of the drill found. ``limit`` and ``measured`` are words with units; ``why`` says what was
+    wrong, or why it was not exercised; ``gate``: what on the way of a command refused it, where something must be
+    refused.
+    """
 
     exercise: str
     label: str
-    verdict: Verdict
+    verdict: DrillVerdict
     limit: str = ""
     measured: str = ""
     why: str = ""

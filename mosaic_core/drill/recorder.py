@@ -20,8 +20,9 @@ from mosaic_core.drill.commands import DrillCommand
 
 @dataclass(frozen=True, slots=True)
 class Act:
-    """``command``: ``handle_data`` had carried out ``value``; ``safe``: the safe action had returned, for ``cause``;
-    ``failed``: one of the two raised."""
+    """What a drilled receiver did, and when. ``command``: ``handle_data`` had carried out ``value``; ``safe``: the safe
+    action had returned, for ``cause``; ``failed``: one of the two raised.
+    """
 
     at_s: float
     kind: Literal["command", "safe", "failed"]

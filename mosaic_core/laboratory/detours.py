@@ -10,7 +10,7 @@ from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.laboratory.natted_path import Household, NattedPath
 from mosaic_core.words.signaling import IceCandidate
 
-Listener = TypeVar("Listener")
+AnyListener = TypeVar("AnyListener")
 
 _LINE = re.compile(r"a=(candidate:[^\r\n]+)\r?\n")
 _END = re.compile(r"a=end-of-candidates\r?\n")
@@ -115,9 +115,9 @@ class PassingOn:
         return getattr(self._inner, name)
 
 
-def detoured(listener: Listener, change: Change) -> Listener:
+def detoured(listener: AnyListener, change: Change) -> AnyListener:
     """``listener`` of a peer connection, which hears of its candidates only as they are told to the other side."""
-    return cast("Listener", _DetouredListener(listener, change))
+    return cast("AnyListener", _DetouredListener(listener, change))
 
 
 class LocalListener(PassingOn):

@@ -20,7 +20,7 @@ from typing import Any, Self
 from mosaic_core.laboratory.impairment import Impairment
 from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
 
-Address = tuple[Any, ...]
+SocketAddress = tuple[Any, ...]
 _READ_BYTES = 65536
 _BURST = 64
 """Packets taken from one socket before the others have their turn."""
@@ -113,11 +113,11 @@ class ImpairedPath(Impairment):
 class _Front:
     """Relays one address of the robot: a socket that operators see, and one towards the robot for each of them."""
 
-    def __init__(self, path: ImpairedPath, sock: socket.socket, robot: Address) -> None:
+    def __init__(self, path: ImpairedPath, sock: socket.socket, robot: SocketAddress) -> None:
         self._path = path
         self.socket = sock
         self._robot = robot
-        self._backs: dict[Address, socket.socket] = {}
+        self._backs: dict[SocketAddress, socket.socket] = {}
         self.port: int = sock.getsockname()[1]
 
     def read(self) -> None:
@@ -125,12 +125,12 @@ class _Front:
             back = self._backs.get(operator) or self._open_back(operator)
             self._path.carry(self._path.up, data, lambda data, back=back: back.sendto(data, self._robot))  # type: ignore[misc]
 
-    def _open_back(self, operator: Address) -> socket.socket:
+    def _open_back(self, operator: SocketAddress) -> socket.socket:
         back = self._backs[operator] = bound_socket(self.socket.family, self._robot[0])
         self._path.listen(back, lambda: self._read_back(back, operator))
         return back
 
-    def _read_back(self, back: socket.socket, operator: Address) -> None:
+    def _read_back(self, back: socket.socket, operator: SocketAddress) -> None:
         for data, _ in received(back):
             self._path.carry(self._path.down, data, lambda data: self.socket.sendto(data, operator))
 
@@ -144,9 +144,9 @@ def bound_socket(family: socket.AddressFamily | int, host: str) -> socket.socket
     return sock
 
 
-def received(sock: socket.socket) -> list[tuple[bytes, Address]]:
+def received(sock: socket.socket) -> list[tuple[bytes, SocketAddress]]:
     """What has come, with whose it is."""
-    packets: list[tuple[bytes, Address]] = []
+    packets: list[tuple[bytes, SocketAddress]] = []
     with suppress(BlockingIOError, ConnectionRefusedError):
         while len(packets) < _BURST:
             packets.append(sock.recvfrom(_READ_BYTES))

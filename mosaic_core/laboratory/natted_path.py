@@ -22,7 +22,9 @@ DOOR_HOST = "127.0.0.1"
 
 
 class NattedPath(ImpairedPath):
-    """``with`` runs it. ``with_relay``: whether peers are told of the TURN server, or of STUN alone."""
+    """A path through two NATs, each before one peer. ``with`` runs it. ``with_relay``: whether peers are told of the
+    TURN server, or of STUN alone.
+    """
 
     def __init__(
         self,

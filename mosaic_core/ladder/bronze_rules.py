@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
+from mosaic_core.harness.building import build
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
@@ -15,7 +16,6 @@ from mosaic_core.ladder.source_places import place_of_attribute, place_of_class,
 from mosaic_core.runtime.configuration.plugin_loading import api_version
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
-from mosaic_core.testing.building import build
 from mosaic_core.words.errors import ConfigError, MosaicError
 
 _KEBAB = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")

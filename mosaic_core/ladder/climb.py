@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 from mosaic_core.ladder.bronze_rules import BRONZE
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import LEVELS, DoesNotApply, Fault, Level, NotJudged
+from mosaic_core.ladder.fault import LEVELS, DoesNotApply, Fault, LadderLevel, NotJudged
 from mosaic_core.ladder.gold_rules import GOLD
 from mosaic_core.ladder.rule import ConnectorRule, LadderRule, RuleFinding, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
@@ -25,7 +25,7 @@ SIDE_BY_SIDE = 4
 
 
 async def climb(
-    shipment: Shipment, up_to: Level = "gold", *, restarts: int = RESTARTS, only: Collection[str] = ()
+    shipment: Shipment, up_to: LadderLevel = "gold", *, restarts: int = RESTARTS, only: Collection[str] = ()
 ) -> AsyncIterator[RuleFinding]:
     """The findings of all rules up to ``up_to``, as they come: first about the distribution, then type by type.
 
@@ -88,13 +88,13 @@ async def _finding(rule: LadderRule, subject: str, asked: Shipment | Examinee) -
     return RuleFinding(rule, subject, "failed" if faults else "passed", faults)
 
 
-def reached(findings: Iterable[RuleFinding]) -> Level | None:
+def reached(findings: Iterable[RuleFinding]) -> LadderLevel | None:
     """The highest rung that was asked for, with nothing failed or left unjudged on it and below; ``None``: not even
     the lowest."""
     asked = list(findings)
     missing = {one.rule.level for one in asked if one.verdict in ("failed", "not judged")}
     reachable = {one.rule.level for one in asked} - missing
-    stands: Level | None = None
+    stands: LadderLevel | None = None
     for level in LEVELS:
         if level not in reachable:
             break
@@ -102,7 +102,7 @@ def reached(findings: Iterable[RuleFinding]) -> Level | None:
     return stands
 
 
-def is_reached(level: Level, findings: Sequence[RuleFinding]) -> bool:
+def is_reached(level: LadderLevel, findings: Sequence[RuleFinding]) -> bool:
     """Whether they stand on ``level`` or above."""
     stands = reached(findings)
     return stands is not None and LEVELS.index(stands) >= LEVELS.index(level)

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, get_args
 
-Level = Literal["bronze", "silver", "gold"]
-LEVELS: tuple[Level, ...] = get_args(Level)
+LadderLevel = Literal["bronze", "silver", "gold"]
+LEVELS: tuple[LadderLevel, ...] = get_args(LadderLevel)
 """From the lowest rung up; who stands on one stands on those below."""
-Verdict = Literal["passed", "failed", "not judged", "does not apply"]
+RuleVerdict = Literal["passed", "failed", "not judged", "does not apply"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,8 @@ from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.commands import NoCommand, moving_command
+from mosaic_core.harness.building import build
+from mosaic_core.harness.feeding import feed
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import CodePlace, NotJudged
 from mosaic_core.ladder.shipment import MAX_FILES
@@ -29,8 +31,6 @@ from mosaic_core.ladder.source_places import place_of_frames
 from mosaic_core.ladder.trial_run import entered, trial_run
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
-from mosaic_core.testing.building import build
-from mosaic_core.testing.feeding import feed
 from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
 
 ABSENT = "/dev/mosaic-no-such-device"

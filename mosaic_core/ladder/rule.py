@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import Fault, Faults, Level, Verdict
+from mosaic_core.ladder.fault import Fault, Faults, LadderLevel, RuleVerdict
 from mosaic_core.ladder.shipment import Shipment
 
 
@@ -17,7 +17,7 @@ class ShipmentRule:
     ``cure``: what its author does about it."""
 
     name: str
-    level: Level
+    level: LadderLevel
     asks: str
     why: str
     cure: str
@@ -30,7 +30,7 @@ class ConnectorRule:
     ``mostly_waits``: it is asked of all types side by side, since nothing of theirs can hold up another's."""
 
     name: str
-    level: Level
+    level: LadderLevel
     asks: str
     why: str
     cure: str
@@ -48,6 +48,6 @@ class RuleFinding:
 
     rule: LadderRule
     subject: str
-    verdict: Verdict
+    verdict: RuleVerdict
     faults: tuple[Fault, ...] = ()
     why_not: str = ""

@@ -22,6 +22,7 @@ from mosaic_core.runtime.observation.counters import RobotSnapshot
 from mosaic_core.runtime.observation.loop_blocks import LoopBlocks
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.signaling.server_link import FLEET, KnownServer
+from mosaic_core.runtime.threads.handover import on_loop
 from mosaic_core.runtime.threads.loop_guard import LoopBlock
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory, NetworkWatcher, SocketConnector
@@ -132,11 +133,7 @@ class Robot:
     def stop(self) -> None:
         """Begin an orderly end. Any thread, any number of times, also before :meth:`run`."""
         self._stop_wanted = True
-        if self._loop is None:
-            return
-        try:
-            self._loop.call_soon_threadsafe(self._stopping.set)
-        except RuntimeError:
+        if self._loop is not None and not on_loop(self._loop, self._stopping.set):
             logger.debug("stop() after the robot's event loop was closed")
 
     async def become(self, connectors: Sequence[Connector], shared: Shared) -> None:

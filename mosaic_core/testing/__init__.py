@@ -30,17 +30,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mosaic_core.laboratory.joining import Joined, connector, joined, until
-    from mosaic_core.laboratory.memory_ends import MemoryFrame
-    from mosaic_core.laboratory.memory_network import MemoryNetwork
-    from mosaic_core.laboratory.networks import Network, WebRtcNetwork
-    from mosaic_core.ladder.missing import missing_to_gold
-    from mosaic_core.machines.laboratory.impaired_link import LinkProfile
-    from mosaic_core.testing.asking import Answered, ask
-    from mosaic_core.testing.building import build
-    from mosaic_core.testing.collecting import collect, take_frames, take_sounds
-    from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
-    from mosaic_core.testing.feed_steps import (
+    from mosaic_core.harness.asked_request import Answered, ask
+    from mosaic_core.harness.building import build
+    from mosaic_core.harness.collecting import collect, take_frames, take_sounds
+    from mosaic_core.harness.fake_hosts import FakeClock, FakeHost, fake_host
+    from mosaic_core.harness.feed_steps import (
         ANOTHER_OPERATOR,
         OPERATOR,
         Cleared,
@@ -54,16 +48,22 @@ if TYPE_CHECKING:
         SlowedTo,
         Stopped,
     )
-    from mosaic_core.testing.feeding import feed
+    from mosaic_core.harness.feeding import feed
+    from mosaic_core.laboratory.joining import Joined, connector, joined, until
+    from mosaic_core.laboratory.memory_ends import MemoryFrame
+    from mosaic_core.laboratory.memory_network import MemoryNetwork
+    from mosaic_core.laboratory.networks import Network, WebRtcNetwork
+    from mosaic_core.ladder.missing import missing_to_gold
+    from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 
 _NAMES_IN = {
-    "testing.asking": "Answered ask",
-    "testing.building": "build",
-    "testing.collecting": "collect take_frames take_sounds",
-    "testing.fake_hosts": "FakeClock FakeHost fake_host",
-    "testing.feed_steps": "ANOTHER_OPERATOR OPERATOR Cleared Fed From Leaves LosesLease MadeSafe RefusedMessage Silence"
+    "harness.asked_request": "Answered ask",
+    "harness.building": "build",
+    "harness.collecting": "collect take_frames take_sounds",
+    "harness.fake_hosts": "FakeClock FakeHost fake_host",
+    "harness.feed_steps": "ANOTHER_OPERATOR OPERATOR Cleared Fed From Leaves LosesLease MadeSafe RefusedMessage Silence"
     " SlowedTo Stopped",
-    "testing.feeding": "feed",
+    "harness.feeding": "feed",
     "laboratory.joining": "Joined connector joined until",
     "laboratory.memory_ends": "MemoryFrame",
     "laboratory.memory_network": "MemoryNetwork",

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
+    from mosaic_core.harness.fake_hosts import FakeClock
     from mosaic_core.laboratory.networks import Network
     from mosaic_core.machines.laboratory.impaired_link import LinkProfile
     from mosaic_core.machines.laboratory.nat import NatKind
-    from mosaic_core.testing.fake_hosts import FakeClock
 
 
 class InstallDistribution:
@@ -75,7 +75,7 @@ class ImpairedNetwork:
 @pytest.fixture
 def fake_clock() -> FakeClock:
     """A clock that stands still unless somebody waits; hand it to ``build(…, clock=fake_clock)``."""
-    from mosaic_core.testing.fake_hosts import FakeClock
+    from mosaic_core.harness.fake_hosts import FakeClock
 
     return FakeClock()
 

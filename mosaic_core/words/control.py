@@ -94,7 +94,9 @@ class Ping(ControlMessage):
 
 
 class Pong(ControlMessage):
-    """``t1``: when the ping arrived, ``t2``: when this answer left, both on the answerer's clock."""
+    """The answer to a ping. ``t1``: when the ping arrived, ``t2``: when this answer left, both on the
+    answerer's clock.
+    """
 
     type = "pong"
     t0: int

@@ -72,6 +72,7 @@ class FieldLimit:
             self._check_velocity(name)
 
     def _check_velocity(self, name: str) -> None:
+        self._check_order(name, "velocity")
         for key, is_wrong in (("min", (self.min or 0) > 0), ("max", (self.max or 0) < 0)):
             if is_wrong:
                 message = f"limit of {name}: zero must be allowed (min <= 0 <= max), or nothing could stand still"
@@ -86,8 +87,11 @@ class FieldLimit:
             if getattr(self, key) is not None:
                 message = f"limit of {name}: {key} is for a velocity, and this is a position"
                 raise ImpossibleLimit(message, key=key, cure="write max_rate_per_s, which holds in any direction")
+        self._check_order(name, "position")
+
+    def _check_order(self, name: str, noun: str) -> None:
         if self.min is not None and self.max is not None and self.min > self.max:
-            message = f"limit of {name}: min {self.min:g} is above max {self.max:g}, so no position is left"
+            message = f"limit of {name}: min {self.min:g} is above max {self.max:g}, so no {noun} is left"
             raise ImpossibleLimit(message, key="min", cure="swap them")
 
 

@@ -36,7 +36,7 @@ ALLOWED = {
     ("mosaic_core/runtime/handlers/task_runner.py", "asyncio._unregister_task"),  # documented for makers of tasks
     ("plugins/mosaic-audio/mosaic_audio/devices.py", "sounds._initialize"),  # PortAudio looks for devices anew only so
     ("plugins/mosaic-audio/mosaic_audio/devices.py", "sounds._terminate"),
-    ("mosaic_core/testing/fake_hosts.py", "handler._host"),  # our own handler, looked into by its test kit
+    ("mosaic_core/harness/fake_hosts.py", "handler._host"),  # our own handler, looked into by its test kit
 }
 
 LIBRARIES = ("aiortc", "aioice")

@@ -19,6 +19,10 @@ SCOPE = "At|By|For|From|In|Of|On|To|With|Within"
 THREAD = "Any thread|Event[- ]loop|Only|Pure|Not|Never|No|Nobody|Nothing"
 PASSIVE = "Called|Given|Implements|Made|Raised|Used|Written"
 RIDDLE = re.compile(rf"(?:{SCOPE}|{THREAD}|{PASSIVE})\b")
+NO_NOUN = re.compile(r"`|(?:As|Callable|Half|It|Make it|Open|Part|There)\b")
+"""What a class must not begin with either: a parameter of it, or a word for what the reader doesn't know yet. A module
+may begin with the command or the connector type that it is about.
+"""
 HEAD_COMMENT = re.compile(r"/\*\*((?:(?!\*/).)*)\*/", re.DOTALL)
 PAGE_CLASS = re.compile(HEAD_COMMENT.pattern + r"\s*(?:export )?(?:abstract )?class (\w+)", re.DOTALL)
 
@@ -52,10 +56,18 @@ def test_modules_and_classes_are_introduced_by_what_they_are() -> None:
     assert {place: text.splitlines()[0] for place, text in introductions() if RIDDLE.match(text)} == {}
 
 
+def test_a_class_is_introduced_by_a_noun_and_by_none_of_its_parameters() -> None:
+    classes = {place: text for place, text in introductions() if " " in place}
+    assert {place: text.splitlines()[0] for place, text in classes.items() if NO_NOUN.match(text)} == {}
+
+
 def test_the_search_for_riddles_finds_them() -> None:
     assert RIDDLE.match("Of one viewer.")
     assert RIDDLE.match("Event loop only.")
     assert not RIDDLE.match("One viewer's packets of one camera.")
+    assert NO_NOUN.match("``setup_ms``: from nothing to an open data channel.")
+    assert NO_NOUN.match("As the robot takes them.")
+    assert not NO_NOUN.match("Asks a STUN server.")
     found = dict(introductions())
     assert found["mosaic_core/runtime/peers/peer.py Peer"] != ""
     assert found["dashboard/packages/client/src/peers/PeerAttempt.ts PeerAttempt"].startswith("Tries to reach a robot")

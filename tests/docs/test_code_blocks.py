@@ -1,6 +1,6 @@
 """Blocks of TypeScript are types that the packages have, and those of data and settings can be read.
 
-Python's are run by `test_docs.py`, those of shells by `test_shell_blocks.py`.
+Python's are run by `test_python_blocks.py`, those of shells by `test_shell_blocks.py`.
 """
 
 from __future__ import annotations

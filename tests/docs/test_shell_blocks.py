@@ -51,7 +51,7 @@ NOT_RUN = {
     r"lan\b|operator (pair|unpair|robots --lan)\b": "needs a robot at hand: tests/e2e/test_lan_twin.py",
     r"ros2\b": "needs a robot that speaks ROS 2: plugins/mosaic-ros2/tests",
     r"mujoco\b": "needs the reader's model: plugins/mosaic-mujoco/tests",
-    r"connectors show (thermometer|lamp)": "is about the reader's own plugin: tests/cli/test_third_party_connector.py",
+    r"connectors show (thermometer|lamp)": "is of the reader: tests/cli/plugin/test_third_party_connector.py",
     r"service print\b": "is about accounts of this machine: tests/cli/robot/test_service_command.py",
     r"doctor$|doctor encoders|doctor mosaic_config.yaml$": "takes seconds of the processor: tests/doctor",
 }

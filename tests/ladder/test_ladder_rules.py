@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mosaic_core.ladder.climb import RULES, climb, reached
-from mosaic_core.ladder.fault import LEVELS, Level
+from mosaic_core.ladder.fault import LEVELS, LadderLevel
 from mosaic_core.ladder.rule import RuleFinding, ShipmentRule
 from mosaic_core.ladder.shipment import found_shipments
 from mosaic_core.testing.pytest_plugin import InstallDistribution
@@ -76,7 +76,7 @@ ELSEWHERE = {"only-owner", "py-typed", "wheels"}
 
 
 async def findings(
-    plugin: GoodPlugin, *, only: tuple[str, ...] = (), level: Level = "gold", restarts: int = 3
+    plugin: GoodPlugin, *, only: tuple[str, ...] = (), level: LadderLevel = "gold", restarts: int = 3
 ) -> list[RuleFinding]:
     (shipment,) = found_shipments([str(plugin.folder)])
     return [one async for one in climb(shipment, level, restarts=restarts, only=only)]

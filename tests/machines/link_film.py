@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.budget_allocator import Demand
 from mosaic_core.machines.congestion.connection_budget import ConnectionBudget
+from mosaic_core.machines.congestion.feedback import ReceiverReport
 from mosaic_core.machines.congestion.missing_packets import MissingPackets
-from mosaic_core.machines.congestion.rate_control import ReceiverReport
 from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
 from mosaic_core.machines.media.key_frame_requests import KeyFrameRequests

@@ -11,8 +11,9 @@ import pytest
 
 from mosaic_core import Captured, EncodingParams
 from mosaic_core.adapters.video.shared_video import SharedVideo
+from mosaic_core.machines.congestion.feedback import Feedback
 from mosaic_core.machines.congestion.path_watch import PathSeen
-from mosaic_core.machines.congestion.rate_control import START_BPS, Feedback
+from mosaic_core.machines.congestion.rate_control import START_BPS
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 
 pytestmark = pytest.mark.webrtc

@@ -42,6 +42,7 @@ def test_a_limit_that_cannot_work_is_refused(limit: dict[str, Any], culprit: str
     ("limit", "key", "cure"),
     [
         ({"min": 5.0}, "min", "`kind: position`"),
+        ({"min": 1.0, "max": -1.0}, "min", "swap them"),
         ({"max": -5.0}, "max", "`kind: position`"),
         ({"max_rate_per_s": 1.0}, "max_rate_per_s", "max_rise_per_s and max_fall_per_s"),
         ({"kind": "position", "max_rise_per_s": 1.0}, "max_rise_per_s", "max_rate_per_s"),

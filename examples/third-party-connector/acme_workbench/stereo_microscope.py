@@ -13,7 +13,7 @@ from pydantic import Field
 
 from acme_workbench.lamp import Lamp, LampParams
 from acme_workbench.newest_picture import MADE_UP, NewestPicture, NewestPictureParams
-from mosaic_core import Handler, MediaTrackConfigurer
+from mosaic_core import Configurer, Handler
 
 EYES = ("left", "right")
 
@@ -25,7 +25,7 @@ class StereoMicroscopeParams(NewestPictureParams, LampParams):
     )
 
 
-class StereoMicroscopeConfigurer(MediaTrackConfigurer[StereoMicroscopeParams]):
+class StereoMicroscopeConfigurer(Configurer[StereoMicroscopeParams]):
     """A microscope with two cameras and a light."""
 
     connector_type = "stereo-microscope"

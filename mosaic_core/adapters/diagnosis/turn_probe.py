@@ -23,7 +23,9 @@ FAREWELL_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class TurnAnswer:
-    """``code`` is ``check.ok`` where an allocation was made, ``problem`` the end of a sentence about the server."""
+    """What a TURN server answered to a request for an allocation. ``code`` is ``check.ok`` where an allocation was
+    made, ``problem`` the end of a sentence about the server.
+    """
 
     url: str
     code: str
@@ -39,7 +41,7 @@ async def turn_probe(
     began_s = time.monotonic()
     tls = NamedTls.of(url.host) if url.scheme == "turns" else None
 
-    async def allocated(address: str) -> _Allocation:
+    async def allocated(address: str) -> _ProbedAllocation:
         return await turn.create_turn_endpoint(
             _Quiet, (address, url.port), username, credential, ssl=tls, transport=url.transport
         )
@@ -54,12 +56,12 @@ async def turn_probe(
         return TurnAnswer(str(url), code, _since_ms(began_s), problem)
 
 
-def _shown(allocation: _Allocation) -> str:
+def _shown(allocation: _ProbedAllocation) -> str:
     host, port = allocation[0].get_extra_info("sockname")
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-async def _given_back(allocation: _Allocation) -> None:
+async def _given_back(allocation: _ProbedAllocation) -> None:
     transport, protocol = allocation
     transport.close()
     try:
@@ -79,7 +81,7 @@ class _Quiet(asyncio.DatagramProtocol):
         self.lost.set()
 
 
-_Allocation: TypeAlias = tuple[turn.TurnTransport, _Quiet]
+_ProbedAllocation: TypeAlias = tuple[turn.TurnTransport, _Quiet]
 
 
 def _cause(error: Exception, url: IceUrl, timeout_s: float, *, has_credentials: bool) -> tuple[str, str]:

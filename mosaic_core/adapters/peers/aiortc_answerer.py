@@ -7,14 +7,9 @@ from dataclasses import dataclass
 
 from aiortc import RTCBundlePolicy, RTCDataChannel, RTCRtpTransceiver, RTCSessionDescription
 
-from mosaic_core.adapters.aiortc_private import (
-    KeptLines,
-    agree_on_arrivals,
-    name_stream,
-    prefer_codecs,
-    sent_codec,
-    ssrc_of,
-)
+from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import agree_on_arrivals
+from mosaic_core.adapters.aiortc_private.rtp.senders import name_stream, ssrc_of
 from mosaic_core.adapters.peers.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.peers.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.peers.offer_vetting import (

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from aiortc import InvalidStateError, RTCDataChannel, RTCPeerConnection
 
-from mosaic_core.adapters.aiortc_private import SctpQueue
+from mosaic_core.adapters.aiortc_private.sctp.sctp import SctpQueue
 from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.words.errors import ConnectionFailed
 

@@ -12,23 +12,20 @@ from functools import partial
 
 from aiortc import RTCBundlePolicy, RTCConfiguration, RTCIceCandidate, RTCIceTransport, RTCPeerConnection
 from aiortc.exceptions import InternalError, InvalidAccessError, InvalidStateError, OperationError
+from aiortc.sdp import candidate_from_sdp, candidate_to_sdp
 
-from mosaic_core.adapters.aiortc_private import (
+from mosaic_core.adapters.aiortc_private.dtls import speak_dtls_with_everyone
+from mosaic_core.adapters.aiortc_private.ice.fair_turns import take_turns
+from mosaic_core.adapters.aiortc_private.ice.gathering import (
     EarlyGathering,
-    bound_learned_paths,
-    bound_sources,
-    candidate_from_sdp,
-    candidate_to_sdp,
-    chosen_path,
     ice_transports,
-    keep_off_loopback,
-    quicken,
-    speak_dtls_with_everyone,
-    take_turns,
     transports_by_mid,
-    watch_liveness,
     widen_udp_buffer,
 )
+from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
+from mosaic_core.adapters.aiortc_private.ice.paths import bound_learned_paths, chosen_path, keep_off_loopback
+from mosaic_core.adapters.aiortc_private.rtp.receivers import bound_sources
+from mosaic_core.adapters.aiortc_private.sctp.quick_sctp import quicken
 from mosaic_core.adapters.peers.aiortc_channel import PeerBuffer
 from mosaic_core.adapters.peers.offer_vetting import mids_of, without_end_of_candidates
 from mosaic_core.machines.peers.chosen_path import ChosenPath

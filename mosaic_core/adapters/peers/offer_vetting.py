@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from aiortc import RTCRtpCodecParameters
+from aiortc.sdp import MediaDescription, SessionDescription
 
-from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
+from mosaic_core.adapters.aiortc_private.rtp.codecs import has_common_codec
 from mosaic_core.adapters.peers.description_bounds import refuse_beyond_bounds
 from mosaic_core.adapters.peers.refused_lines import RefusedLine, is_given_up, refused_line, sections, with_idle_lines
 from mosaic_core.runtime.transport.media_transport import SoundLabels

@@ -17,7 +17,9 @@ _BUNDLE = "a=group:BUNDLE"
 
 @dataclass(frozen=True, slots=True)
 class RefusedLine:
-    """``offered``: the codecs that it names; empty where the operator itself has given the line up (port 0)."""
+    """A media line of an offer that the robot refused. ``offered``: the codecs that it names; empty where the operator
+    itself has given the line up (port 0).
+    """
 
     mid: str
     kind: str

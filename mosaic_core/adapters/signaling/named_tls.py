@@ -7,8 +7,9 @@ from typing import Any
 
 
 class NamedTls(ssl.SSLContext):
-    """As ``ssl.create_default_context()``, which also reads ``SSL_CERT_FILE``; whatever name a connection is made
-    under, the certificate must be for :attr:`name`. aioice has no other way to say so."""
+    """A TLS context like that of ``ssl.create_default_context()``, which also reads ``SSL_CERT_FILE``; whatever name a
+    connection is made under, the certificate must be for :attr:`name`. aioice has no other way to say so.
+    """
 
     name: str
 

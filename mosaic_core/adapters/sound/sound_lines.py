@@ -7,14 +7,18 @@ from dataclasses import dataclass
 
 from aiortc import RTCRtpTransceiver
 
-from mosaic_core.adapters.aiortc_private import agree_on_arrivals, name_stream, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.rtp.codecs import prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import agree_on_arrivals
+from mosaic_core.adapters.aiortc_private.rtp.senders import name_stream
 from mosaic_core.runtime.transport.media_transport import OPUS
 from mosaic_core.runtime.transport.transport import AnswererListener
 
 
 @dataclass(frozen=True, slots=True)
 class SoundLines:
-    """``heard``: mid → microphone, ``spoken``: mid → loudspeaker."""
+    """The microphones and loudspeakers of an offer by its media lines. ``heard``: mid → microphone, ``spoken``: mid →
+    loudspeaker.
+    """
 
     heard: Mapping[str, str]
     spoken: Mapping[str, str]

@@ -10,7 +10,8 @@ import numpy as np
 from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private import PacketNumbers, WatchedTransport, never_repeat
+from mosaic_core.adapters.aiortc_private.rtp.paced_transport import WatchedTransport
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import PacketNumbers, never_repeat
 from mosaic_core.adapters.sound.shared_sound import SoundFeed
 from mosaic_core.adapters.sound.sound_encoder import RATE_HZ, SoundEncoder
 from mosaic_core.adapters.video.video_track import FeedTrack

@@ -56,7 +56,7 @@ _probe_lock = threading.Lock()
 
 
 class EncoderUnavailable(MosaicError):
-    """There is no encoder for what is wanted."""
+    """An encoder that is wanted is not on this machine."""
 
 
 @dataclass(frozen=True, slots=True)

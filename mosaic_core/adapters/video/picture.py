@@ -19,7 +19,7 @@ from mosaic_core.contract.declared.sent_picture import TAKEN, picture_cure
 from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.contract.media import Image
 
-Pixels: TypeAlias = NDArray[np.uint8]
+PixelArray: TypeAlias = NDArray[np.uint8]
 
 _CHROMA_OF_GRAY = 128
 
@@ -58,16 +58,16 @@ def scaled_picture(prepared: av.VideoFrame, width: int, height: int) -> av.Video
     for plane, shrink in zip(whole, (1, 2, 2), strict=True):
         planes.append(cv2.resize(plane, (width // shrink, height // shrink), interpolation=cv2.INTER_AREA).ravel())
     joined = np.concatenate(planes).reshape(height * 3 // 2, width)
-    return _frame_around(cast(Pixels, joined), prepared.pts or 0)
+    return _frame_around(cast(PixelArray, joined), prepared.pts or 0)
 
 
-def luma_samples(prepared: av.VideoFrame) -> Pixels:
+def luma_samples(prepared: av.VideoFrame) -> PixelArray:
     """Every seventh pixel of every seventh row: enough to tell one scene from another. Reads only; any thread."""
     luma, _, _ = _planes(_i420_of_prepared(prepared), prepared.width, prepared.height)
     return np.ascontiguousarray(luma[::7, ::7])
 
 
-def _planes(pixels: Pixels, width: int, height: int) -> tuple[Pixels, Pixels, Pixels]:
+def _planes(pixels: PixelArray, width: int, height: int) -> tuple[PixelArray, PixelArray, PixelArray]:
     """Y, U and V of a contiguous I420 array, as views."""
     flat = pixels.reshape(-1)
     luma, chroma = width * height, width * height // 4
@@ -79,7 +79,7 @@ def _planes(pixels: Pixels, width: int, height: int) -> tuple[Pixels, Pixels, Pi
     )
 
 
-def _frame_around(pixels: Pixels, pts: int) -> av.VideoFrame:
+def _frame_around(pixels: PixelArray, pts: int) -> av.VideoFrame:
     height = pixels.shape[0] * 2 // 3
     # PyAV takes a buffer of 45 rows for a picture 28 high, not 30: it divides by 6 first.
     frame = _copied_frame(pixels, height) if height % 4 else av.VideoFrame.from_numpy_buffer(pixels, format="yuv420p")
@@ -89,7 +89,7 @@ def _frame_around(pixels: Pixels, pts: int) -> av.VideoFrame:
     return frame
 
 
-def _copied_frame(pixels: Pixels, height: int) -> av.VideoFrame:
+def _copied_frame(pixels: PixelArray, height: int) -> av.VideoFrame:
     frame = av.VideoFrame(pixels.shape[1], height, "yuv420p")
     for plane, source in zip(frame.planes, _planes(pixels, pixels.shape[1], height), strict=True):
         rows = np.frombuffer(cast(Any, plane), np.uint8).reshape(plane.height, plane.line_size)
@@ -97,31 +97,31 @@ def _copied_frame(pixels: Pixels, height: int) -> av.VideoFrame:
     return frame
 
 
-def _i420_of_prepared(prepared: av.VideoFrame) -> Pixels:
-    pixels = cast("Pixels | None", prepared.opaque)
+def _i420_of_prepared(prepared: av.VideoFrame) -> PixelArray:
+    pixels = cast("PixelArray | None", prepared.opaque)
     return _i420_of_frame(prepared) if pixels is None else pixels
 
 
-def _i420_of_frame(frame: av.VideoFrame) -> Pixels:
+def _i420_of_frame(frame: av.VideoFrame) -> PixelArray:
     if frame.width % 2 or frame.height % 2:
-        return _i420_of_image(cast(Pixels, frame.to_ndarray(format="bgr24")))
-    return cast(Pixels, frame.to_ndarray(format="yuv420p"))
+        return _i420_of_image(cast(PixelArray, frame.to_ndarray(format="bgr24")))
+    return cast(PixelArray, frame.to_ndarray(format="yuv420p"))
 
 
-def _checked(image: object) -> Pixels:
+def _checked(image: object) -> PixelArray:
     """``image`` if it is a picture; raises :class:`TypeError`."""
     cure = picture_cure(image)
     if cure is not None:
         raise TypeError(f"{TAKEN}, not {kind_of(image)}. {cure}")
-    return cast(Pixels, image)
+    return cast(PixelArray, image)
 
 
-def _i420_of_image(unchecked: object) -> Pixels:
+def _i420_of_image(unchecked: object) -> PixelArray:
     image = _checked(unchecked)
     height, width = image.shape[0] & ~1, image.shape[1] & ~1
     cropped = image[:height, :width]
     if image.ndim == 3:
-        return cast(Pixels, cv2.cvtColor(np.ascontiguousarray(cropped), cv2.COLOR_BGR2YUV_I420))
+        return cast(PixelArray, cv2.cvtColor(np.ascontiguousarray(cropped), cv2.COLOR_BGR2YUV_I420))
     pixels = np.full((height * 3 // 2, width), _CHROMA_OF_GRAY, np.uint8)
     # COLOR_BGR2YUV_I420 makes limited-range luma (16-235) as BT.601 wants it; gray must match.
     pixels[:height] = cv2.convertScaleAbs(cropped, alpha=219 / 255, beta=16)

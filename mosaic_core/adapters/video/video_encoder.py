@@ -13,7 +13,7 @@ from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
 
-from mosaic_core.adapters.video.picture import Pixels, luma_samples, own_frame
+from mosaic_core.adapters.video.picture import PixelArray, luma_samples, own_frame
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.machines.media.encoder_clock import EncoderClock
 from mosaic_core.machines.media.scene_cuts import SceneCuts
@@ -71,7 +71,7 @@ class VideoEncoder:
         self._rate = PictureRate()
         self._stepped_at_pts: int | None = None
         self._cuts = SceneCuts()
-        self._samples: Pixels | None = None
+        self._samples: PixelArray | None = None
         self._context = self._opened()
 
     def encode(self, picture: av.VideoFrame, *, pts: int, as_key: bool) -> list[av.Packet[Any]]:

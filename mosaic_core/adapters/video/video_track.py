@@ -9,14 +9,9 @@ import av
 from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private import (
-    PacedTransport,
-    PacketNumbers,
-    RtpOriginLearner,
-    SenderFeedback,
-    sequence_number_of,
-    ssrc_of,
-)
+from mosaic_core.adapters.aiortc_private.rtp.paced_transport import PacedTransport
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import PacketNumbers, sequence_number_of
+from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner, SenderFeedback, ssrc_of
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.missing_packets import MissingPackets

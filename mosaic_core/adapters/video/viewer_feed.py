@@ -13,7 +13,7 @@ import av
 
 from mosaic_core.adapters.video.video_encoder import CodecName
 from mosaic_core.machines.congestion.budget_allocator import DRIVES, SEEN, Demand
-from mosaic_core.machines.congestion.rate_control import Feedback, PictureLost
+from mosaic_core.machines.congestion.feedback import Feedback, PictureLost
 from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.media.rung_choice import RungChoice
 from mosaic_core.machines.media.rung_ladder import Rung

@@ -19,7 +19,7 @@ from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.limits import FieldLimit
 
-Channel: TypeAlias = dict[str, Any]
+ChannelDefaults: TypeAlias = dict[str, Any]
 _BOUNDS = ("min", "max", "max_norm", "max_rise_per_s", "max_fall_per_s", "max_rate_per_s")
 
 
@@ -27,7 +27,7 @@ class Unmade(Exception):
     """The connector that its example does not make; the text says why."""
 
 
-def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[Channel]:
+def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[ChannelDefaults]:
     """What is in force of each channel that operators see, as JSON values. Raises :class:`Unmade`."""
     example = example_of(connector_type, configurer)
     try:
@@ -42,7 +42,7 @@ def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[
     return [_channel(one.wire(), group, safety) for one, group in zip(entries, groups, strict=True)]
 
 
-def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -> Channel:
+def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -> ChannelDefaults:
     is_media = group.handlers[0].data_type is MosaicDataType.MEDIA
     names = ("label", "kind", "dataType", "direction", "schemaId", "sentSchemaId", "widget")
     channel = {_snake(name): entry.get(name) for name in names}
@@ -108,7 +108,7 @@ def _unit(field: str, handler: DataChannelReceivable[Any]) -> str:
     return unit_of(name, node)
 
 
-def lines_of(channel: Channel) -> Iterator[tuple[str, str]]:
+def lines_of(channel: ChannelDefaults) -> Iterator[tuple[str, str]]:
     """``(what, how)`` of one channel, for people."""
     yield "data type", f"{channel['data_type']}, {channel['direction']}"
     for name, words in (("schema_id", "schema"), ("sent_schema_id", "schema of what it sends"), ("widget", "widget")):

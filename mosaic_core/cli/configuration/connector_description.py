@@ -12,10 +12,14 @@ from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.request_handler import answer_schema
 from mosaic_core.contract.units import unit_of
 from mosaic_core.runtime.configuration.request_problems import declared_requests
+from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.delivery import DeliveryContract
 
 Row: TypeAlias = tuple[str, str, str, str, str]
 """``(name, type, default, unit, description)`` of one field."""
+_OWN = "its own"
+_OF_THE_CLASS = frozenset({"timeout_s", "requires_lease", "resource", "limits", "slow_down"})
+"""Keys of `safety` that a handler's class answers where the file says nothing."""
 _MAX_DEPTH = 6
 """Of messages in messages; one may contain itself."""
 
@@ -34,7 +38,7 @@ def param_tables(configurer: type[Configurer[Any]], *, receives: bool = True) ->
     for heading, inner in request_schemas(configurer).items():
         yield heading, _rows(inner, inner.get("$defs", {}))
     if receives and not issubclass(configurer, MediaTrackConfigurer):
-        yield "safety", _rows(configurer.safety_model.model_json_schema(), definitions)
+        yield "safety", list(_safety_rows(configurer.safety_model))
     if not issubclass(configurer, MediaTrackConfigurer):
         yield "delivery", list(_delivery_rows())
 
@@ -63,12 +67,20 @@ def _nested_rows(schema: dict[str, Any], definitions: dict[str, Any], prefix: st
             yield from _nested_rows(inner, definitions, f"{name}{'[]' if is_list else ''}.", depth + 1)
 
 
+def _safety_rows(model: type[SafetyConfig]) -> Iterator[Row]:
+    """What the class of a handler may say is its own, unless the connector's model of limits says it for all."""
+    schema = model.model_json_schema()
+    for name, kind, default, unit, description in _rows(schema, schema.get("$defs", {})):
+        is_own = name in _OF_THE_CLASS and model.model_fields[name].default == SafetyConfig.model_fields[name].default
+        yield name, kind, _OWN if is_own else default, unit, description
+
+
 def _delivery_rows() -> Iterator[Row]:
     """The long form; what the connector chooses is known once it is made."""
     schema = DeliveryContract.model_json_schema()
     for long_form in _mappings_in(schema, {}):
         for name, kind, _, unit, description in _rows(long_form, schema.get("$defs", {})):
-            yield name, kind, "its own", unit, description
+            yield name, kind, _OWN, unit, description
 
 
 def _mappings_in(field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[dict[str, Any]]:

@@ -17,7 +17,7 @@ from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolv
 from mosaic_core.cli.terminal.error_report import report_problems
 
 if TYPE_CHECKING:
-    from mosaic_core.cli.configuration.connector_defaults import Channel
+    from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults
     from mosaic_core.cli.configuration.connector_description import Row
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
@@ -119,7 +119,7 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
     }
 
 
-def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) -> list[Channel] | None:
+def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) -> list[ChannelDefaults] | None:
     """The channels, once they are printed with the fields of their messages; ``None`` where it can't be made."""
     from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of, lines_of
     from mosaic_core.cli.configuration.connector_description import request_schemas

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class DoctorGroup(TyperGroup):
-    """``mosaic doctor FILE`` and ``mosaic doctor encoders``: the first word decides."""
+    """The commands ``mosaic doctor FILE`` and ``mosaic doctor encoders``: the first word decides."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         ctx.meta[_NAMES_COMMAND] = bool(args) and args[0] in self.commands

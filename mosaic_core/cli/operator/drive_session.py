@@ -47,7 +47,7 @@ def need_a_terminal() -> None:
 
 @dataclass(frozen=True, slots=True)
 class DriveSession:
-    """Callable as the work of an operator session."""
+    """Drives a robot by the keys of a terminal; callable as the work of an operator session."""
 
     robot: str
     label: str

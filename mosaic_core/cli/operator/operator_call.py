@@ -19,7 +19,7 @@ from mosaic_core.words.errors import ConnectionFailed
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """``mosaic operator call``."""
+    """The work of ``mosaic operator call``: asks one connector, and prints its answer."""
 
     robot: str
     label: str

@@ -40,7 +40,7 @@ async def leased(connection: RobotConnection, label: str) -> AsyncIterator[str |
 
 @dataclass(frozen=True, slots=True)
 class SendAction:
-    """``mosaic operator send``."""
+    """The work of ``mosaic operator send``: sends messages to one connector."""
 
     robot: str
     label: str

@@ -25,7 +25,7 @@ SILENCE_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """``mosaic operator tail``."""
+    """The work of ``mosaic operator tail``: prints the messages of one connector."""
 
     robot: str
     label: str

@@ -17,7 +17,7 @@ from mosaic_core.cli.terminal.error_report import FAILED, FINE
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mosaic_core.ladder.fault import CodePlace, Fault, Level
+    from mosaic_core.ladder.fault import CodePlace, Fault, LadderLevel
     from mosaic_core.ladder.rule import RuleFinding
     from mosaic_core.ladder.shipment import Shipment
 
@@ -27,7 +27,7 @@ _MAX_FAULTS = 12
 """Of one rule, for people; JSON has all."""
 
 
-def check_plugins(words: list[str], level: Level, *, as_json: bool, with_traces: bool, restarts: int) -> int:
+def check_plugins(words: list[str], level: LadderLevel, *, as_json: bool, with_traces: bool, restarts: int) -> int:
     """Examine what ``words`` name and tell it; the exit code."""
     import asyncio
 
@@ -71,7 +71,7 @@ def _quiet() -> Iterator[None]:
         logging.disable(before)
 
 
-def _tell_json(shipment: Shipment, level: Level, found: list[RuleFinding]) -> None:
+def _tell_json(shipment: Shipment, level: LadderLevel, found: list[RuleFinding]) -> None:
     from mosaic_core.ladder.climb import is_reached, reached
 
     for one in found:
@@ -84,7 +84,7 @@ def _tell_json(shipment: Shipment, level: Level, found: list[RuleFinding]) -> No
     typer.echo(json.dumps({**summary, "is_reached": is_reached(level, found)}))
 
 
-def _show(out: Console, shipment: Shipment, level: Level, found: list[RuleFinding], *, with_traces: bool) -> None:
+def _show(out: Console, shipment: Shipment, level: LadderLevel, found: list[RuleFinding], *, with_traces: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -111,7 +111,7 @@ def _show(out: Console, shipment: Shipment, level: Level, found: list[RuleFindin
     out.print(_asked(stands, level))
 
 
-def _asked(stands: Level | None, level: Level) -> str:
+def _asked(stands: LadderLevel | None, level: LadderLevel) -> str:
     """What else to know of the rung: that it is not the one that was asked for, or that nobody looked further up."""
     if stands != level:
         return f" ({level} was asked for)"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mosaic_core.machines.peers.home_address import is_loopback
 from mosaic_core.words.errors import MosaicError
 
 DEFAULT_PORT = 9464
@@ -20,8 +21,6 @@ class MetricsAddress:
 
 def metrics_address(text: str, *, is_public: bool) -> MetricsAddress:
     """``9464``, ``127.0.0.1:9464``, ``[::1]:9464``, or a host; raises :class:`MosaicError` (``config.metrics``)."""
-    from mosaic_core.runtime.observation.metrics_server import is_loopback
-
     host, port_text = _split(text.strip())
     if not port_text.isdecimal() or int(port_text) > 65535:
         message = f"--metrics {text!r}: expected HOST:PORT such as 127.0.0.1:{DEFAULT_PORT}"

@@ -21,7 +21,7 @@ from mosaic_core.runtime.transport.transport import AnswererFactory
 
 @dataclass(frozen=True, slots=True)
 class Transports:
-    """As :class:`mosaic_core.runtime.robot.Robot` takes them."""
+    """Makes WebRTC's ends for :class:`mosaic_core.runtime.robot.Robot`, as it takes them."""
 
     make_answerer: AnswererFactory
     open_stream: PictureStreamFactory

@@ -45,7 +45,9 @@ _TELLS_SECRETS = ("websockets",)
 
 
 class JsonLines(logging.Formatter):
-    """``{"time", "level", "logger", "message"}`` and, where known, ``robotId``, ``peerId``, ``label``, ``code``."""
+    """Formats a log record as a line of JSON: ``{"time", "level", "logger", "message"}`` and, where known, ``robotId``,
+    ``peerId``, ``label``, ``code``.
+    """
 
     def format(self, record: logging.LogRecord) -> str:
         line: dict[str, Any] = {

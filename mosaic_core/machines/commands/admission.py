@@ -258,8 +258,8 @@ ON_ACTING: tuple[GateRule[Acting], ...] = (
         where="`handle_data`, which may refuse with any code; and what overtook it",
     ),
 )
-Moment = Literal["arrives", "acts"]
-WAY: tuple[tuple[Moment, GateRule[ArrivedCommand] | GateRule[Acting]], ...] = (
+GateMoment = Literal["arrives", "acts"]
+WAY: tuple[tuple[GateMoment, GateRule[ArrivedCommand] | GateRule[Acting]], ...] = (
     *(("arrives", rule) for rule in ON_ARRIVAL),
     *(("acts", rule) for rule in ON_ACTING),
 )

@@ -26,12 +26,12 @@ from mosaic_core.words.limits import FieldLimit
 
 PAUSE_S = 1.0
 """After so long without a command something else may have moved it, or somebody's hand."""
-Report: TypeAlias = Callable[[str], float | None]
+ReportPosition: TypeAlias = Callable[[str], float | None]
 """Where a field is now by the connector's own sensors; ``None``: unknown."""
 
 
 class PositionUnknown(Refused):
-    """It would have to move from where it is, and nobody knows where that is. The text names the field."""
+    """A command would move a field from where it is, and nobody knows where that is. The text names the field."""
 
     def __init__(self, field: str) -> None:
         super().__init__("safety.position_unknown", f"nobody knows where {field} is now, so it can't be moved slowly")
@@ -53,10 +53,10 @@ class HeldPosition:
     is_sure: bool = True
 
 
-Held: TypeAlias = Mapping[str, HeldPosition]
+HeldPositions: TypeAlias = Mapping[str, HeldPosition]
 Placed: TypeAlias = tuple[FieldLimit, tuple[int, ...]]
 """A limit, and which fields of a group it is of."""
-Group: TypeAlias = tuple[tuple[str, ...], tuple[Placed, ...]]
+SlewedFields: TypeAlias = tuple[tuple[str, ...], tuple[Placed, ...]]
 
 
 class PositionSlew:
@@ -67,7 +67,7 @@ class PositionSlew:
         self,
         fields: Sequence[str],
         limits: Sequence[FieldLimit],
-        report: Report,
+        report: ReportPosition,
         lists: Sequence[NumberList] = (),
     ) -> None:
         every = {one.every: one for one in lists}
@@ -82,7 +82,7 @@ class PositionSlew:
         self._named = frozenset(name for names, _ in self._groups for name in names)
         self._report = report
 
-    def moved(self, goals: Mapping[str, float], held: Held, factor: float, now_s: float) -> dict[str, float]:
+    def moved(self, goals: Mapping[str, float], held: HeldPositions, factor: float, now_s: float) -> dict[str, float]:
         """Where to send the fields of ``goals`` now, at ``factor`` (0 to 1) of their rates; 0 holds. Raises
         :class:`PositionUnknown` or :class:`SaidInPart`."""
         out: dict[str, float] = {}
@@ -100,7 +100,7 @@ class PositionSlew:
             out.update(zip(fields, target, strict=True))
         return out
 
-    def remembered(self, held: Held, sent: Mapping[str, float], now_s: float) -> Held:
+    def remembered(self, held: HeldPositions, sent: Mapping[str, float], now_s: float) -> HeldPositions:
         """What is held after ``sent`` was sent. Raises :class:`OutOfRange` for more numbers of lists than anything
         has: whoever makes up names must neither fill the memory nor make it forget where a joint was sent just now."""
         after = {**held, **{name: HeldPosition(value, now_s) for name, value in sent.items()}}
@@ -110,7 +110,7 @@ class PositionSlew:
                 raise OutOfRange(f"more than {MAX_NUMBERS} positions of lists were commanded within {PAUSE_S:g} s")
         return after
 
-    def _further(self, goals: Iterable[str]) -> list[Group]:
+    def _further(self, goals: Iterable[str]) -> list[SlewedFields]:
         """The numbers of lists that no limit names."""
         if not self._each:
             return []
@@ -122,7 +122,7 @@ class PositionSlew:
             if one.holds(field)
         ]
 
-    def _start(self, field: str, held: Held, now_s: float) -> float:
+    def _start(self, field: str, held: HeldPositions, now_s: float) -> float:
         last = held.get(field)
         if last is not None and last.is_sure and now_s - last.at_s < PAUSE_S:
             return last.value
@@ -175,7 +175,7 @@ def _on_the_way(start: list[float], target: list[float], share: float) -> list[f
     ]
 
 
-def _groups(fields: Iterable[str], limits: Iterable[FieldLimit]) -> tuple[Group, ...]:
+def _groups(fields: Iterable[str], limits: Iterable[FieldLimit]) -> tuple[SlewedFields, ...]:
     """Limits that share a field move together, and only as far as the slowest of them allows."""
     groups: list[tuple[tuple[str, ...], tuple[FieldLimit, ...]]] = [((field,), ()) for field in fields]
     for limit in limits:

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 
 from mosaic_core.machines.commands.message_numbers import HUGE, OutOfRange, number_at, put
 from mosaic_core.machines.commands.number_list import NumberList
-from mosaic_core.machines.commands.position_slew import Held, PositionSlew, Report
+from mosaic_core.machines.commands.position_slew import HeldPositions, PositionSlew, ReportPosition
 from mosaic_core.machines.commands.slew import MAX_RISE_STEP_S, clamped, reach
 from mosaic_core.words.limits import FieldLimit
 
@@ -51,7 +51,7 @@ class EnvelopeState:
     at_s: float | None
     zero_since_s: float | None
     standing: Mapping[str, Any] | None
-    held: Held = field(default_factory=dict)
+    held: HeldPositions = field(default_factory=dict)
 
 
 class SafetyEnvelope:
@@ -64,7 +64,7 @@ class SafetyEnvelope:
         position_fields: Iterable[str] = (),
         *,
         lists: Iterable[NumberList] = (),
-        report: Report = lambda name: None,
+        report: ReportPosition = lambda name: None,
         idle_after_s: float = IDLE_AFTER_S,
     ) -> None:
         self.limits = tuple(limits)
@@ -188,10 +188,10 @@ class SafetyEnvelope:
         return now_s - since_s >= self._idle_after_s
 
 
-Group = tuple[tuple[int, ...], tuple[tuple[FieldLimit, tuple[int, ...]], ...]]
+LimitedFields = tuple[tuple[int, ...], tuple[tuple[FieldLimit, tuple[int, ...]], ...]]
 
 
-def _groups(limits: Iterable[tuple[FieldLimit, tuple[int, ...]]]) -> tuple[Group, ...]:
+def _groups(limits: Iterable[tuple[FieldLimit, tuple[int, ...]]]) -> tuple[LimitedFields, ...]:
     """Limits that share a field move together, and only as far as the slowest of them allows; those without a rate
     that share none need no slewing."""
     groups: list[tuple[set[int], list[tuple[FieldLimit, tuple[int, ...]]]]] = []

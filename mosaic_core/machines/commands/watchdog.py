@@ -20,11 +20,6 @@ class Watchdog:
         self._commander: str | None = None
 
     @property
-    def is_armed(self) -> bool:
-        """A command was accepted and no safe action has run since."""
-        return self._fed_at_s is not None
-
-    @property
     def due_at_s(self) -> float | None:
         """When it fires unless it is fed before; ``None``: not armed."""
         if self._fed_at_s is None or self.timeout_s is None:

@@ -10,11 +10,12 @@ from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.machines.congestion.budget_allocator import Demand, allocated
 from mosaic_core.machines.congestion.congestion_controller import CongestionController
+from mosaic_core.machines.congestion.feedback import Feedback, ReceiverReport
 from mosaic_core.machines.congestion.packet_copies import PacketCopies
 from mosaic_core.machines.congestion.packet_pacer import PacketPacer
 from mosaic_core.machines.congestion.path_rate import PathRate
 from mosaic_core.machines.congestion.path_watch import PathSeen, PathWatch
-from mosaic_core.machines.congestion.rate_control import START_BPS, Feedback, RateControl, ReceiverReport
+from mosaic_core.machines.congestion.rate_control import START_BPS, RateControl
 from mosaic_core.machines.congestion.stream_reports import StreamReports
 
 RISE_INTERVAL_S = 1.0

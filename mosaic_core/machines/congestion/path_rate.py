@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from mosaic_core.machines.congestion.congestion_controller import CongestionController
+from mosaic_core.machines.congestion.feedback import Feedback, ReceiverReport
 from mosaic_core.machines.congestion.held_share import HeldShare
 from mosaic_core.machines.congestion.path_share import PathShare
 from mosaic_core.machines.congestion.path_watch import PathSeen
-from mosaic_core.machines.congestion.rate_control import Feedback, ReceiverReport
 
 _GROWTH, _GUESSED_GROWTH, _CAREFUL_GROWTH = 1.6, 1.25, 1.1
 """Per second: where pictures came through fast enough for far more; where that is not known; and after a congestion."""
@@ -51,43 +52,28 @@ _SILENT_S = 1.0
 """Reports come ten times per second."""
 _SILENT_CUT = 0.7
 _MEMORY_S = 20.0
-_WINDOW_S = 1.0
 
 
-class PathRate:
-    """Finds one connection's bit rate from arrival times; a
-    :class:`~mosaic_core.machines.congestion.congestion_controller.CongestionController`."""
+class PathRate(CongestionController):
+    """Finds one connection's bit rate from arrival times."""
+
+    silent_s = _SILENT_S
 
     def __init__(self, min_bps: int, max_bps: int, now_s: float, start_bps: float) -> None:
-        self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)
-        self._budget_bps = min(float(self._max_bps), max(float(min_bps), start_bps))
-        self._sent: deque[tuple[float, int]] = deque()
+        super().__init__(min_bps, max_bps, now_s, start_bps)
         self._losses: deque[tuple[float, int, int]] = deque()
         self.loss = 0.0
         """Share of the packets of the last second that got lost."""
-        self._congested: tuple[float, float] | None = None
         self._cut_at_s = now_s - _LOSS_INTERVAL_S
         self._key_at_s = now_s - _KEY_PATIENCE_S
-        self._heard_at_s = self._grown_at_s = self._sent_at_s = now_s
+        self._grown_at_s = now_s
         self._takes_bps: float | None = None
         self._share, self._held = PathShare(), HeldShare(now_s)
         self._queued_reports = self._uneasy_reports = 0
-        self.is_queued = False
-        """A queue stands. One report of it may as well be a busy processor, or a packet that radio held up."""
-        self.usual_s = 0.0
-        """How long packets wait on this path whatever is sent."""
-        self.round_trip_s: float | None = None
-        self.trains_bps: float | None = None
-        """How fast the packets of single pictures came through lately."""
         self.paused_until_s = now_s
-        """Send nothing before: what is sent now waits behind a queue."""
-
-    @property
-    def budget_bps(self) -> int:
-        return round(self._budget_bps)
 
     def most_bps(self, now_s: float) -> float:
-        """What may be sent altogether, with copies: twice the budget where the path takes that."""
+        """With copies twice the budget where the path takes that."""
         if self.is_limited(now_s) or self.loss > BAD_LOSS:
             return self._budget_bps
         return min(2.0 * self._budget_bps, _TRAINS_SHARE * (self.room_bps(now_s) or math.inf))
@@ -102,21 +88,8 @@ class PathRate:
             return False
         return self._takes_bps is None or _SHARE * self._takes_bps < 2.0 * self._budget_bps
 
-    def sent_bps(self, now_s: float) -> float:
-        """What was sent during the last second, with what was sent again."""
-        while self._sent and self._sent[0][0] <= now_s - _WINDOW_S:
-            self._sent.popleft()
-        return sum(size for _, size in self._sent) * 8 / _WINDOW_S
-
-    def limit(self, min_bps: int, max_bps: int) -> None:
-        self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)
-        self._set(self._budget_bps)
-
     def sent(self, size_bytes: int, now_s: float, *, is_key: bool = False) -> None:
-        if now_s - self._sent_at_s >= _SILENT_S:
-            self._heard_at_s = now_s  # nobody reports what was not sent
-        self._sent_at_s = now_s
-        self._sent.append((now_s, size_bytes))
+        super().sent(size_bytes, now_s, is_key=is_key)
         if is_key:
             self._key_at_s = now_s
 
@@ -134,7 +107,6 @@ class PathRate:
             self.round_trip_s = feedback.round_trip_s
 
     def tick(self, now_s: float) -> None:
-        """Call it about twice per second: silence is news too."""
         if self.sent_bps(now_s) > 0.0 and now_s - self._heard_at_s >= _SILENT_S <= now_s - self._cut_at_s:
             self._cut_at_s = now_s
             self._set(self._budget_bps * _SILENT_CUT)
@@ -252,6 +224,3 @@ class PathRate:
         lost = sum(lost for _, lost, _ in self._losses)
         total = lost + sum(received for _, _, received in self._losses)
         self.loss = lost / total if total >= _LEAST_PACKETS else 0.0
-
-    def _set(self, budget_bps: float) -> None:
-        self._budget_bps = min(float(self._max_bps), max(float(self._min_bps), budget_bps))

@@ -9,10 +9,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
-from typing import TypeAlias
 
-from mosaic_core.machines.congestion.path_watch import PathSeen
+from mosaic_core.machines.congestion.congestion_controller import CongestionController, forget
+from mosaic_core.machines.congestion.feedback import (
+    BandwidthEstimate,
+    Feedback,
+    PacketsMissing,
+    PictureLost,
+    ReceiverReport,
+)
 
 START_BPS = 800_000
 """Most links take it; a picture at this rate is neither blocky nor tiny."""
@@ -54,102 +59,23 @@ _WINDOW_S = 1.0
 _PACKET_BYTES = 1200
 
 
-@dataclass(frozen=True, slots=True)
-class ReceiverReport:
-    """RTCP receiver report: packets lost and the highest sequence number, both since the beginning, and the round trip
-    if this report tells it."""
+class RateControl(CongestionController):
+    """Sets the bit rate of one connection without reports of arrivals. It sends no copies: that there is room for more
+    is never certain."""
 
-    packets_lost: int
-    highest_sequence: int
-    round_trip_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class BandwidthEstimate:
-    """REMB: what the receiver thinks that the path takes, for all that it receives."""
-
-    bitrate_bps: int
-
-
-@dataclass(frozen=True, slots=True)
-class PacketsMissing:
-    """NACK: packets asked for again."""
-
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class PictureLost:
-    """PLI or FIR: the decoder can't go on without a key frame."""
-
-
-Feedback: TypeAlias = ReceiverReport | BandwidthEstimate | PacketsMissing | PictureLost | PathSeen
-"""Whose receiver sends the last kind is better served by ``path_rate.PathRate``; here it says nothing."""
-
-
-class RateControl:
-    """Sets the bit rate of one connection without reports of arrivals; a
-    :class:`~mosaic_core.machines.congestion.congestion_controller.CongestionController`. Tell it what was sent, what
-    came back, and the time.
-    """
+    silent_s = _SILENT_S
 
     def __init__(self, min_bps: int, max_bps: int, now_s: float) -> None:
-        self._min_bps = min_bps
-        self._max_bps = max(min_bps, max_bps)
-        self._budget_bps = float(min(self._max_bps, max(min_bps, START_BPS)))
-        self._sent: deque[tuple[float, int]] = deque()
+        super().__init__(min_bps, max_bps, now_s, START_BPS)
         self._missing: deque[tuple[float, int]] = deque()
         self._lost_pictures: deque[float] = deque(maxlen=_LOST_PICTURES)
         self._round_trips: deque[tuple[float, float]] = deque()
         self._judged: tuple[float, ReceiverReport] | None = None
         self._estimate: tuple[float, int] | None = None
-        self._congested: tuple[float, float] | None = None
         self._backed_off_at_s = now_s - _QUEUE_INTERVAL_S
         self._grown_at_s = now_s
-        self._heard_at_s = self._sent_at_s = now_s
-
-    @property
-    def budget_bps(self) -> int:
-        return round(self._budget_bps)
-
-    trains_bps: float | None = None
-    is_queued = False
-    """Only arrival times would tell these two."""
-    paused_until_s = float("-inf")
-    usual_s = 0.0
-
-    def most_bps(self, now_s: float) -> float:
-        """No copies: more than the budget is not known to fit."""
-        return self._budget_bps
-
-    def is_limited(self, now_s: float) -> bool:
-        """That there is room for more is never certain, and nothing is sent unasked."""
-        return False
-
-    @property
-    def round_trip_s(self) -> float | None:
-        """The last one that was reported."""
-        return self._round_trips[-1][1] if self._round_trips else None
-
-    def sent_bps(self, now_s: float) -> float:
-        """What was sent during the last second, with what was sent again."""
-        _forget(self._sent, now_s)
-        return sum(size for _, size in self._sent) * 8 / _WINDOW_S
-
-    def limit(self, min_bps: int, max_bps: int) -> None:
-        """The source changed: other limits hold."""
-        self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)
-        self._set(self._budget_bps)
-
-    def sent(self, size_bytes: int, now_s: float, *, is_key: bool = False) -> None:
-        if now_s - self._sent_at_s >= _SILENT_S:
-            self._heard_at_s = now_s  # nobody reports what was not sent
-        self._sent_at_s = now_s
-        self._sent.append((now_s, size_bytes))
-        _forget(self._sent, now_s)
 
     def handle(self, feedback: Feedback, now_s: float) -> None:
-        """Something came back from the viewer."""
         match feedback:
             case ReceiverReport():
                 self._heard_at_s = now_s
@@ -165,7 +91,6 @@ class RateControl:
                 self._check_lost_pictures(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Call it about twice per second: silence is news too."""
         if self._sent and now_s - self._heard_at_s >= _SILENT_S:
             self._back_off(_MIN_BACK_OFF, now_s, interval_s=_SILENT_S / 2)
 
@@ -231,6 +156,7 @@ class RateControl:
             self._round_trips.append((now_s, round_trip_s))
         while self._round_trips and self._round_trips[0][0] < now_s - _ROUND_TRIP_MEMORY_S:
             self._round_trips.popleft()
+        self.round_trip_s = self._round_trips[-1][1] if self._round_trips else None
 
     def _queue_stands(self, now_s: float) -> bool:
         if not self._round_trips or now_s - self._round_trips[-1][0] > 2 * _WINDOW_S:
@@ -239,7 +165,7 @@ class RateControl:
         return self._round_trips[-1][1] > max(2 * shortest_s, shortest_s + _QUEUE_S)
 
     def _check_missing(self, now_s: float) -> None:
-        _forget(self._missing, now_s)
+        forget(self._missing, now_s)
         missing = sum(count for _, count in self._missing)
         packets = self.sent_bps(now_s) / (8 * _PACKET_BYTES)
         if missing > max(_LEAST_MISSING, _MANY_MISSING * packets):
@@ -261,11 +187,3 @@ class RateControl:
         estimate_bps = self._fresh_estimate_bps(now_s)
         is_tested = self.sent_bps(now_s) >= _ESTIMATE_USED * estimate_bps
         return estimate_bps if estimate_bps > 0 and is_tested and estimate_bps < self._budget_bps else None
-
-    def _set(self, budget_bps: float) -> None:
-        self._budget_bps = min(float(self._max_bps), max(float(self._min_bps), budget_bps))
-
-
-def _forget(events: deque[tuple[float, int]], now_s: float) -> None:
-    while events and events[0][0] <= now_s - _WINDOW_S:
-        events.popleft()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-from mosaic_core.machines.congestion.rate_control import ReceiverReport
+from mosaic_core.machines.congestion.feedback import ReceiverReport
 
 
 class StreamReports:

@@ -9,7 +9,7 @@ from typing import Literal
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words.control import Role
 
-Outcome = Literal["granted", "queued", "denied", "ended"]
+LeaseOutcome = Literal["granted", "queued", "denied", "ended"]
 LegacyPeers = Literal["allow", "observe", "refuse"]
 
 
@@ -109,7 +109,7 @@ class Reply:
 
     peer_id: str
     resource: str
-    outcome: Outcome
+    outcome: LeaseOutcome
     epoch: int = 0
     code: str = ""
     message: str = ""
@@ -117,7 +117,8 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class LeaseChanged:
-    """``resource`` belongs to ``holder`` from now on, ``None``: to nobody, and no longer to ``before``.
+    """The lease of a resource has changed hands. ``resource`` belongs to ``holder`` from now on, ``None``: to nobody,
+    and no longer to ``before``.
 
     ``cause`` is the code of why ``before`` lost it, empty if it was free. ``by``: name or peer id of whoever did it,
     empty if time did. Drop what ``before`` has queued, make safe what it moved, close its permits, tell everybody.

@@ -10,7 +10,9 @@ from mosaic_core.machines.control.lease_queue import LeaseQueue
 
 @dataclass(slots=True)
 class ResourceLease:
-    """``epoch`` and ``alive_s``, the holder's last sign of life, mean something only while there is a ``holder``."""
+    """The lease of one resource, held or free. ``epoch`` and ``alive_s``, the holder's last sign of life, mean
+    something only while there is a ``holder``.
+    """
 
     resource: str
     expiry_s: float

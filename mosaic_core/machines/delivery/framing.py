@@ -69,6 +69,8 @@ def kind_of(data_type: MosaicDataType) -> PayloadKind:
 
 
 class FrameFlag(IntFlag):
+    """Flags in a frame's header: how its payload is to be read."""
+
     NONE = 0
     CHUNKED = 1
     """A part of a message; the chunk header says which."""

@@ -9,25 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal
 
-Address: TypeAlias = tuple[str, int]
-NatKind = Literal["none", "endpoint-independent", "symmetric", "unknown", "blocked"]
+from mosaic_core.machines.laboratory.nat import Endpoint
+
+NatMapping = Literal["none", "endpoint-independent", "symmetric", "unknown", "blocked"]
 
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
     """The address mapping that one STUN server saw: ``server`` is where the question went, ``mapped`` how it saw us."""
 
-    server: Address
-    mapped: Address
+    server: Endpoint
+    mapped: Endpoint
 
 
 @dataclass(frozen=True, slots=True)
 class NatVerdict:
     """The kind, and why. ``keeps_port``: the outer port is the inner one."""
 
-    kind: NatKind
+    kind: NatMapping
     sentence: str
     public_hosts: tuple[str, ...] = ()
     keeps_port: bool | None = None
@@ -54,5 +55,5 @@ def nat_verdict(local_port: int, local_hosts: Collection[str], mappings: Sequenc
     return NatVerdict("endpoint-independent", text, hosts, keeps_port)
 
 
-def _shown(seen: Collection[Address]) -> str:
+def _shown(seen: Collection[Endpoint]) -> str:
     return ", ".join(f"[{host}]:{port}" if ":" in host else f"{host}:{port}" for host, port in sorted(seen))

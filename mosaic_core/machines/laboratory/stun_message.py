@@ -28,7 +28,7 @@ _IPV4 = 1
 
 @dataclass(frozen=True, slots=True)
 class StunMessage:
-    """``attributes``: the first of each number, as bytes."""
+    """A STUN message as it was read. ``attributes``: the first of each number, as bytes."""
 
     method: int
     kind: Class

@@ -34,7 +34,9 @@ sharpness, inspecting the opposite."""
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """``frame_step``: one picture of so many. Its encoder's bit rate is between ``floor_bps`` and ``ceiling_bps``."""
+    """One size and range of bit rates of a camera's pictures. ``frame_step``: one picture of so many. Its encoder's bit
+    rate is between ``floor_bps`` and ``ceiling_bps``.
+    """
 
     width: int
     height: int

@@ -10,7 +10,7 @@ SILENCE_S = 0.5
 """Longer than a pause between two sentences, shorter than the wait for an answer."""
 MAX_OTHERS = 64
 """Talkers that are remembered as told; more than a robot has peers."""
-Verdict = Literal["heard", "refused", "refused again"]
+TalkVerdict = Literal["heard", "refused", "refused again"]
 
 
 class TalkFloor:
@@ -31,7 +31,7 @@ class TalkFloor:
         """When the floor is free again if nobody is heard until then."""
         return self._heard_at_s + SILENCE_S
 
-    def heard(self, talker: str, now_s: float, *, may_talk: bool = True) -> Verdict:
+    def heard(self, talker: str, now_s: float, *, may_talk: bool = True) -> TalkVerdict:
         """Sound of ``talker`` has arrived. ``refused``: and it is to be told."""
         holder = self.holder(now_s)
         if may_talk and holder in (None, talker):

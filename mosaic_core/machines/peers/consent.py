@@ -26,7 +26,7 @@ STALL_S = 0.5
 """A tick that comes this late means that our own process stood still; what was sent to it may wait unread."""
 _GRACE_S = 3 * TICK_S
 
-Step = Literal["wait", "ask", "lost"]
+ConsentStep = Literal["wait", "ask", "lost"]
 
 
 class Consent:
@@ -51,7 +51,7 @@ class Consent:
         self._tick_due_at_s = now_s + pause_s
         return pause_s
 
-    def tick(self, now_s: float) -> Step:
+    def tick(self, now_s: float) -> ConsentStep:
         """What to do now."""
         if now_s > self._tick_due_at_s + STALL_S:
             self._spared_until_s = now_s + _GRACE_S

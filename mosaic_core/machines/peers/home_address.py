@@ -22,6 +22,15 @@ def leads_home(address: str) -> bool:
     return inner is not None and (inner.is_loopback or inner in _THIS_NETWORK)
 
 
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches what listens at ``host``: unlike :func:`leads_home`, for an unspecified address
+    leads others here too."""
+    try:
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def is_loopback_name(host: str) -> bool:
     """Whether ``host`` of a URL is this machine."""
     return host.rstrip(".").lower() == "localhost" or leads_home(host)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class TransportChanged:
-    """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
+    """The transport has another state: ``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
 
     state: str
 

@@ -51,7 +51,7 @@ class AnswerFailed:
     message: str = ""
 
 
-Speaker = Literal["ours", "original", "unknown"]
+ChannelMaker = Literal["ours", "original", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class ChannelOpened:
     """A data channel, and who makes such ones: ``ours`` frames its messages, ``original`` made a bare one before any
     other. Further bare ones may belong to either: an operator of ours opens them on a robot that it takes for one."""
 
-    by: Speaker
+    by: ChannelMaker
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +191,7 @@ class RobotPeerMachine:
         self.deadline_s = now_s + (HELLO_TIMEOUT_S if is_bare else CHANNEL_TIMEOUT_S)
         return [TellConnected()]
 
-    def _channel(self, by: Speaker, now_s: float) -> list[Effect]:
+    def _channel(self, by: ChannelMaker, now_s: float) -> list[Effect]:
         is_first, self._has_channel = not self._has_channel, True
         was_ours, self._is_ours = self._is_ours, self._is_ours or by == "ours"
         if by == "original" and not self._is_ours:

@@ -45,7 +45,7 @@ class _Place:
 
 
 class NoPlace(Exception):
-    """There is none, with the reason code."""
+    """A refusal of a peer because the robot has no place for it, with the reason code."""
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)

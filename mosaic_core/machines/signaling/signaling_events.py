@@ -109,14 +109,14 @@ class CloseSocket:
 
 @dataclass(frozen=True, slots=True)
 class ReconnectAfter:
-    """Open a socket to the server again after this delay."""
+    """Opens a socket to the server again after this delay."""
 
     delay_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeState:
-    """``connecting``, ``ready``, ``offline`` or ``stopped``."""
+    """Tells the state of the signaling socket: ``connecting``, ``ready``, ``offline`` or ``stopped``."""
 
     state: str
 

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class BackoffPolicy:
-    """``first_s``, then ``factor`` times more each time up to ``max_s``; each shortened by up to ``jitter`` of it."""
+    """The delays between attempts: ``first_s``, then ``factor`` times more each time up to ``max_s``; each shortened by
+    up to ``jitter`` of it.
+    """
 
     first_s: float = 0.5
     factor: float = 2.0

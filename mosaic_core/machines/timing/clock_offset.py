@@ -15,7 +15,9 @@ WINDOW = 20
 
 @dataclass(frozen=True, slots=True)
 class ClockSample:
-    """``offset_us``: what to add to our clock to read the other one. ``round_trip_us``: without their thinking."""
+    """One measurement of another clock. ``offset_us``: what to add to our clock to read the other one.
+    ``round_trip_us``: without their thinking.
+    """
 
     offset_us: int
     round_trip_us: int

@@ -15,7 +15,9 @@ TICKET_LEEWAY_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class ClockSkew:
-    """``ahead_s``: positive if our clock is ahead of the server's; it is wrong by ``error_s`` at most."""
+    """How far our clock is from the server's. ``ahead_s``: positive if our clock is ahead of the server's; it is wrong
+    by ``error_s`` at most.
+    """
 
     ahead_s: float
     error_s: float

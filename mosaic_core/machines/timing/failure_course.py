@@ -16,8 +16,9 @@ ABSENCE_POLICY = BackoffPolicy(first_s=1.0, max_s=10.0)
 
 @dataclass(frozen=True, slots=True)
 class FailureVerdict:
-    """``delay_s``: seconds until the next try. ``is_news``: nobody was told yet that it fails for this reason, or it
-    worked for a while since."""
+    """What follows from a failure. ``delay_s``: seconds until the next try. ``is_news``: nobody was told yet that it
+    fails for this reason, or it worked for a while since.
+    """
 
     delay_s: float
     is_news: bool

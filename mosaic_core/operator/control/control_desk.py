@@ -34,7 +34,7 @@ ANSWER_S = 5.0
 
 
 class ControlDesk:
-    """``connection.control``. All calls and callbacks on the event loop.
+    """The operator's side of leases and stop, ``connection.control``. All calls and callbacks on the event loop.
 
     Original robots know none of this: :attr:`is_available` is false, what asks for a lease raises
     :class:`LeaseDenied`, and anything else that asks the robot :class:`ConnectionFailed`.

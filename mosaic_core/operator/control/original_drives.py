@@ -29,8 +29,10 @@ ORDERLY_END_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ZerosReport:
-    """``arrived``: labels of drives whose zeros the robot's side has acknowledged; ``failed``: those where they have
-    not left, or nobody can tell. Both empty: no drive of this robot is known."""
+    """Which drives of an original robot got their zeros. ``arrived``: labels of drives whose zeros the robot's side has
+    acknowledged; ``failed``: those where they have not left, or nobody can tell. Both empty: no drive of this robot is
+    known.
+    """
 
     arrived: tuple[str, ...] = ()
     failed: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from mosaic_core.operator.delivery.listeners import Listeners, first_heard
 from mosaic_core.words.control import ControlMessage, DeliveryReport, DeliveryRow, DeliveryWatch
 
-Told = Callable[[Mapping[str, DeliveryRow]], None]
+TellDelivery = Callable[[Mapping[str, DeliveryRow]], None]
 
 
 class DeliveryWatcher:
@@ -25,7 +25,7 @@ class DeliveryWatcher:
         self.rows: Mapping[str, DeliveryRow] = {}
         """The last report by label; empty before the first, or if the robot knows none."""
 
-    def watch(self, callback: Told) -> Callable[[], None]:
+    def watch(self, callback: TellDelivery) -> Callable[[], None]:
         """Call ``callback(rows)`` with every report, once a second; returns what ends it. The robot counts anyway, but
         tells only while somebody watches."""
         end = self._listeners.add(callback)

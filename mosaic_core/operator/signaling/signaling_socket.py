@@ -25,7 +25,9 @@ FAREWELL_S = 0.5
 
 
 class OperatorSignalingSocket(SignalingSocket):
-    """``deliver`` gets the messages, on the event loop. Start it with :meth:`start`, end it with :meth:`close`."""
+    """Keeps one WebSocket of an operator to a server. ``deliver`` gets the messages, on the event loop. Start it with
+    :meth:`start`, end it with :meth:`close`.
+    """
 
     max_unsent = 512
     """Messages that wait for a server which takes none: far more than a minute of offers and candidates for every

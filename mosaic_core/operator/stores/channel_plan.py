@@ -49,9 +49,10 @@ def naming(data_type: MosaicDataType) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class PlannedChannel:
-    """``resource``: what must be held to command here; ``None`` where nothing must. ``may_wait``: a message that waits
-    for a connection, or is repeated on the next one, does no harm; never one that moves something. ``schema_id``: what
-    arrives here, as the robot announced it."""
+    """A data channel that an operator wants to open. ``resource``: what must be held to command here; ``None`` where
+    nothing must. ``may_wait``: a message that waits for a connection, or is repeated on the next one, does no harm;
+    never one that moves something. ``schema_id``: what arrives here, as the robot announced it.
+    """
 
     label: str
     delivery: Delivery

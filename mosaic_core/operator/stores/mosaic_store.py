@@ -19,15 +19,16 @@ from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 _log = logging.getLogger(__name__)
 
-Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
+StoreMoment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
 HOPELESS = ("channel.unknown_label", "media.no_line")
 """Codes of failures that waiting does not mend."""
 
 
 @dataclass(frozen=True, slots=True)
 class StoreState:
-    """``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made anew), ``closed``, or
-    ``mismatch``: the robot has nothing under this label."""
+    """The state of a store: ``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made
+    anew), ``closed``, or ``mismatch``: the robot has nothing under this label.
+    """
 
     phase: Literal["waiting", "open", "reconnecting", "closed", "mismatch"] = "waiting"
     code: str = ""
@@ -38,8 +39,10 @@ class StoreState:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """``lost`` messages of a reliable connector will never arrive: the connection was gone for longer than they could
-    be kept. ``None``: nobody knows how many. ``sent``: those that this store sent, not those that it gets."""
+    """Messages that are missing between two others. ``lost`` messages of a reliable connector will never arrive: the
+    connection was gone for longer than they could be kept. ``None``: nobody knows how many. ``sent``: those that this
+    store sent, not those that it gets.
+    """
 
     lost: int | None
     sent: bool = False
@@ -57,7 +60,7 @@ class MosaicStore:
         self.state = StoreState()
         self.counters = StoreCounters()
         """What it has received and sent since it was made."""
-        self._listeners: dict[Moment, Listeners[[]]] = {}
+        self._listeners: dict[StoreMoment, Listeners[[]]] = {}
         self._changed = asyncio.Event()
         self._gap_listeners: Listeners[[Gap]] = Listeners()
         self.warns_of_gaps = True
@@ -91,7 +94,7 @@ class MosaicStore:
         """Call ``callback()`` when it could not be opened; :attr:`state` says why. Returns what ends it."""
         return self.when("after_connection_failed", callback)
 
-    def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
+    def when(self, moment: StoreMoment, callback: Callable[[], None]) -> Callable[[], None]:
         """Call ``callback`` at each such moment; returns what ends it."""
         return self._listeners.setdefault(moment, Listeners()).add(callback)
 
@@ -168,7 +171,7 @@ class MosaicStore:
         self.state = state
         self._changed.set()
 
-    def _moment(self, moment: Moment) -> None:
+    def _moment(self, moment: StoreMoment) -> None:
         methods = [getattr(self, moment)]
         if getattr(type(self), f"on_{moment}") is not getattr(MosaicStore, f"on_{moment}"):
             methods.append(getattr(self, f"on_{moment}"))

@@ -9,8 +9,10 @@ from mosaic_core.words.data_type import MosaicDataType
 
 @dataclass(frozen=True, slots=True, init=False)
 class RobotConnector:
-    """``connector_id`` is the label in the robot's YAML file. ``data_type``, also as text (``"json-r2u"``), is needed
-    only for connectors that neither the robot nor the server's description of it names (of original robots)."""
+    """A connector of a robot, as an operator names it. ``connector_id`` is the label in the robot's YAML file.
+    ``data_type``, also as text (``"json-r2u"``), is needed only for connectors that neither the robot nor the server's
+    description of it names (of original robots).
+    """
 
     robot_id: str
     connector_id: str

@@ -40,8 +40,8 @@ from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem, by_line
 
-Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
-Kept: TypeAlias = tuple[CheckedConnector, Connector]
+MadeConfigurer: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
+KeptConnector: TypeAlias = tuple[CheckedConnector, Connector]
 _NONE: Mapping[str, Connector] = MappingProxyType({})
 
 
@@ -126,8 +126,8 @@ class AutoConfigurer:
         leases = {lease: tuple(map(written.__getitem__, its)) for lease, its in lease_groups(connectors).items()}
         return Rehearsal(tuple(problems), hints, leases)
 
-    def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
-        made: list[Made] = []
+    def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[MadeConfigurer]:
+        made: list[MadeConfigurer] = []
         for one in connectors:
             label = one.config.label
             try:
@@ -145,7 +145,9 @@ def _hints(connectors: Sequence[Connector], checked: Sequence[CheckedConnector])
         yield from guard_hints(by_label[connector.config.label], connector.handlers)
 
 
-def _connectors(made: Sequence[Made], problems: list[Problem], kept: Sequence[Kept] = ()) -> list[Connector]:
+def _connectors(
+    made: Sequence[MadeConfigurer], problems: list[Problem], kept: Sequence[KeptConnector] = ()
+) -> list[Connector]:
     connectors = [connector for _, connector in kept]
     known: list[WithHandlers] = [(one, connector.handlers) for one, connector in kept]
     for one, configurer in made:

@@ -32,7 +32,7 @@ STOPS_PER_S = 200.0
 LOST = frozenset({"peer.lost", "peer.replaced", "peer.reloaded", "ice.failed", "ice.timeout", "dtls.timeout"})
 """Ends after which the same session may come back and keep its lease until it expires."""
 MAX_AWAITED = 64
-Answer = Callable[[ControlMessage], object]
+TellReply = Callable[[ControlMessage], object]
 
 
 def _account_of(sender: Sender) -> str:
@@ -80,7 +80,7 @@ class CommandDesk:
         self._journal = journal
         self._listener = listener
         self._present: dict[str, _Present] = {}
-        self._awaited: dict[tuple[str, str], Answer] = {}
+        self._awaited: dict[tuple[str, str], TellReply] = {}
         self._rights = StopRights()
         self._fence: Fence | None = None
         self._stop_account = ""
@@ -180,7 +180,7 @@ class CommandDesk:
             case control.JournalRead(limit=limit, before=before):
                 self._read_journal(peer, limit, before)
 
-    def stop_heard(self, peer: Controlled, message: control.Stop, answer: Answer, now_s: float) -> None:
+    def stop_heard(self, peer: Controlled, message: control.Stop, answer: TellReply, now_s: float) -> None:
         """Stop first, then speak. ``answer`` says it where the stop was heard."""
         name = name_of(peer.sender)
         if not self._stop_right(peer.sender).may_stop:

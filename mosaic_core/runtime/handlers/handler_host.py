@@ -7,7 +7,7 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from mosaic_core.contract.host import Loss
 from mosaic_core.contract.media_tap import TapCodec
@@ -16,6 +16,7 @@ from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.media_tap import RuntimePictureTap, RuntimeTap
 from mosaic_core.runtime.observation.counters import HandlerLosses
+from mosaic_core.runtime.threads.handover import on_loop
 from mosaic_core.runtime.threads.stacks import caller_of_core
 from mosaic_core.words.errors import MosaicError
 
@@ -49,24 +50,18 @@ class RuntimeHost:
     def arm(self) -> None:
         """A new run of the body begins; never called while an older one still runs."""
         self._stop.clear()
-        self._call_on_loop(self._settle)
+        on_loop(self._loop, self._settle)
 
     def stop(self) -> None:
         """End the body: wakes whatever waits. Any thread."""
         self._stop.set()
-        self._call_on_loop(self._settle)
+        on_loop(self._loop, self._settle)
 
     def _settle(self) -> None:
         if self._stop.is_set():
             self._stop_async.set()
         else:
             self._stop_async.clear()
-
-    def _call_on_loop(self, action: Callable[[], None]) -> None:
-        try:
-            self._loop.call_soon_threadsafe(action)
-        except RuntimeError:
-            return  # the loop is closed; nobody waits on it any more
 
     def monotonic_s(self) -> float:
         return time.monotonic()

@@ -27,6 +27,7 @@ from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.handlers.task_runner import leave_behind
 from mosaic_core.runtime.threads.failures import Failures, failure_code
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread, tell_abandoned
+from mosaic_core.runtime.threads.handover import on_loop
 
 logger = logging.getLogger(__name__)
 
@@ -162,8 +163,7 @@ class Receiver:
         """There are zeros to send. Any thread."""
         self.inbox.poke()
         if self._is_async:
-            with contextlib.suppress(RuntimeError):  # the loop is closed: the robot has stopped
-                self._loop.call_soon_threadsafe(self._arrived.set)
+            on_loop(self._loop, self._arrived.set)
 
     def _live(self) -> None:
         while not self.inbox.is_closed:

@@ -7,10 +7,9 @@ them refuses is told to whoever asked on the connector's own channel too.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,13 +21,13 @@ from mosaic_core.machines.requests.request_words import RequestCancel, RequestRe
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.handlers.request_bodies import BodyReturned, RequestBodies
 from mosaic_core.runtime.threads.failures import Failures
-from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.threads.handover import Handover, on_loop
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.codes import REASONS
 
 
 @dataclass(slots=True)
-class _Asked:
+class _BegunRequest:
     question: Any
     request: Request
     progress: Any = None
@@ -43,7 +42,7 @@ class RequestDesk:
         self._handler = handler
         self._is_motion = is_motion
         self._answering = Answering(handler.at_once, handler.answer_within_s)
-        self._asked: dict[int, _Asked] = {}
+        self._asked: dict[int, _BegunRequest] = {}
         """What has begun or will, until its body returns."""
         self._loop = asyncio.get_running_loop()
         self._bodies = RequestBodies(handler, failures, self._returned)
@@ -82,7 +81,7 @@ class RequestDesk:
         if item.request not in self._answering:  # taken back meanwhile
             return
         request = Request(item.sender, lambda value: self._told(item.request, value))
-        self._asked[item.request] = _Asked(question, request)
+        self._asked[item.request] = _BegunRequest(question, request)
         self._answering.admitted(item.request)
         self._begin_more()
 
@@ -102,12 +101,12 @@ class RequestDesk:
             asked = dict(self._asked)
             for one in asked.values():
                 one.request.cancel()
-            self._on_loop(lambda: self._refuse(asked, cause))
+            on_loop(self._loop, lambda: self._refuse(asked, cause))
         self._handler.make_safe(cause)
 
     def dropped(self, peer_id: str | None, code: str) -> None:
         """What this peer (``None``: anybody) had waiting was dropped before its turn. Any thread."""
-        self._on_loop(lambda: self._tell(self._answering.dropped(peer_id, code)))
+        on_loop(self._loop, lambda: self._tell(self._answering.dropped(peer_id, code)))
 
     def left(self, peer_id: str) -> None:
         """Nobody is there any more who could be answered; implements ``outbox.Audience``."""
@@ -194,10 +193,6 @@ class RequestDesk:
     def _set_timer(self) -> None:
         if not self._is_closed:
             self._timer.set(self._answering.deadline_s)
-
-    def _on_loop(self, action: Callable[[], None]) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed: the robot has stopped
-            self._loop.call_soon_threadsafe(action)
 
 
 def _json(value: Any) -> bytes:

@@ -16,11 +16,6 @@ STOP_PATIENCE_S = 1.5
 _PR_SET_PDEATHSIG = 1
 
 
-def mosaic_command(*arguments: str) -> list[str]:
-    """The command line of ``mosaic …`` in this Python, whether or not the console script is on the path."""
-    return [sys.executable, "-m", "mosaic_core.cli.main", *arguments]
-
-
 class ChildProcess:
     """A running program. Its session is its own, so that Ctrl+C reaches us alone, and we end it in order.
 

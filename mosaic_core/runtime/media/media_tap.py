@@ -12,7 +12,7 @@ from uuid import uuid4
 
 from mosaic_core.contract.media import Captured
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
-from mosaic_core.machines.congestion.rate_control import PictureLost
+from mosaic_core.machines.congestion.feedback import PictureLost
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.threads.tap import Tap
 from mosaic_core.runtime.transport.media_transport import PictureFeed

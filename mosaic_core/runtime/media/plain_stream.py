@@ -10,7 +10,7 @@ from typing import Any
 
 from mosaic_core.contract.media import EncodingParams, PacketCodec
 from mosaic_core.contract.sound import SoundEncoding
-from mosaic_core.machines.congestion.rate_control import Feedback
+from mosaic_core.machines.congestion.feedback import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.transport.media_transport import PicturePreparer, PictureStreamFactory, TellUnavailable

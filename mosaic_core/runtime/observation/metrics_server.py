@@ -4,29 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 from collections.abc import Callable
 from http import HTTPStatus
 
+from mosaic_core.machines.peers.home_address import is_loopback
 from mosaic_core.runtime.observation.metrics_text import CONTENT_TYPE
 from mosaic_core.words.errors import MosaicError
 
 _MAX_HEAD_BYTES = 8 * 1024
 _PATIENCE_S = 5.0
 _MAX_READERS = 16
-_LOOPBACK_NAMES = ("localhost",)
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only this machine reaches ``host``."""
-    try:
-        return host in _LOOPBACK_NAMES or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 class MetricsServer:
-    """``page`` makes the text when somebody asks; it is called on the event loop."""
+    """Serves the metrics over HTTP. ``page`` makes the text when somebody asks; it is called on the event loop."""
 
     def __init__(self, host: str, port: int, page: Callable[[], str]) -> None:
         self._host = host

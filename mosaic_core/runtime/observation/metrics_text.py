@@ -17,7 +17,7 @@ CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 ROBOT_STATES = ("connecting", "ready", "offline", "stopped")
 CONNECTOR_STATES = ("waiting", "running", "failed", "ended", "stopped")
 
-Samples: TypeAlias = Iterable[tuple[Mapping[str, str], float]]
+MetricSamples: TypeAlias = Iterable[tuple[Mapping[str, str], float]]
 
 METRICS: dict[str, tuple[str, str]] = {
     "mosaic_robot_info": ("gauge", "Always 1: which robot this is."),
@@ -75,7 +75,7 @@ class _Snapshot(Collector):
             yield metric
 
 
-def _robot(robot: RobotSnapshot, software: str) -> Iterator[tuple[str, Samples]]:
+def _robot(robot: RobotSnapshot, software: str) -> Iterator[tuple[str, MetricSamples]]:
     up = [peer for peer in robot.peers if peer.connected_s is not None]
     yield "mosaic_robot_info", [({"robot_id": robot.robot_id, "software": software}, 1)]
     yield "mosaic_robot_uptime_seconds", [({}, robot.uptime_s)]
@@ -87,8 +87,8 @@ def _robot(robot: RobotSnapshot, software: str) -> Iterator[tuple[str, Samples]]
     yield "mosaic_loop_longest_block_seconds", [({}, 0.0 if robot.loop is None else robot.loop.longest_s)]
 
 
-def _connectors(rows: tuple[ConnectorSnapshot, ...]) -> Iterator[tuple[str, Samples]]:
-    def each(value: str) -> Samples:
+def _connectors(rows: tuple[ConnectorSnapshot, ...]) -> Iterator[tuple[str, MetricSamples]]:
+    def each(value: str) -> MetricSamples:
         """What is unknown has no sample."""
         found = ((row.label, getattr(row, value)) for row in rows)
         return [({"connector": label}, number) for label, number in found if number is not None]

@@ -30,15 +30,15 @@ class BulkEnd(Protocol):
     async def close(self) -> None: ...
 
 
-End = TypeVar("End", bound=BulkEnd)
+AnyBulkEnd = TypeVar("AnyBulkEnd", bound=BulkEnd)
 
 
-class BulkAttempt(Generic[End]):
+class BulkAttempt(Generic[AnyBulkEnd]):
     """Carries one attempt, under its number: what it tells after its end, nobody hears."""
 
     def __init__(self, attempt: int, connection: BulkConnection[Any]) -> None:
         self.attempt = attempt
-        self.end: End | None = None
+        self.end: AnyBulkEnd | None = None
         self.is_closed = False
         self._connection = connection
         self._early: list[IceCandidate] | None = []

@@ -19,7 +19,7 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.peers.site import RouteChange
 from mosaic_core.words.data_type import Direction, MosaicDataType
 
-Shape = tuple[str, MosaicDataType, Direction, bool, bool, DeliveryTerms, object, object]
+ConnectorShape = tuple[str, MosaicDataType, Direction, bool, bool, DeliveryTerms, object, object]
 
 
 def takes_ways(old: Connector | None, new: Connector) -> bool:
@@ -30,7 +30,7 @@ def takes_ways(old: Connector | None, new: Connector) -> bool:
     return all(_shape(one, old) == _shape(other, new) for one, other in pairs)
 
 
-def _shape(handler: Handler, connector: Connector) -> Shape:
+def _shape(handler: Handler, connector: Connector) -> ConnectorShape:
     return (
         handler.label,
         handler.data_type,

@@ -15,14 +15,14 @@ logger = logging.getLogger(__name__)
 
 MAX_OFFERS_HZ = 0.5
 """One per change of the catalogue; who wants several cameras names them in one."""
-Answer = Callable[[str, Mapping[str, str] | None], Awaitable[str]]
+MakeAnswer = Callable[[str, Mapping[str, str] | None], Awaitable[str]]
 """``(sdp, tracks)`` → the answer's SDP."""
 
 
 class FurtherOffers:
     """Answers one operator's offers one at a time: one that comes meanwhile is refused. Event loop only."""
 
-    def __init__(self, operator: RemoteOperator, answer: Answer) -> None:
+    def __init__(self, operator: RemoteOperator, answer: MakeAnswer) -> None:
         self._operator = operator
         self._answer = answer
         self._rate = TokenBucket.of_rate(MAX_OFFERS_HZ)

@@ -287,7 +287,7 @@ class Peer:
         opened.greet(self._site.software, self._site.boot_id)
 
 
-def _maker(channel: Channel) -> machine.Speaker:
+def _maker(channel: Channel) -> machine.ChannelMaker:
     if channel.protocol == CHANNEL_PROTOCOL:
         return "ours"
     return "original" if channel.is_first and not channel.protocol else "unknown"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 
-from mosaic_core.runtime.control.command_desk import Answer
+from mosaic_core.runtime.control.command_desk import TellReply
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.words import control
@@ -42,7 +42,7 @@ class PeerControl:
         self._site.delivery.watch(self._operator, False)
         self._site.desk.peer_left(self._operator, code)
 
-    def control_heard(self, message: control.ControlMessage, answer: Answer | None = None) -> None:
+    def control_heard(self, message: control.ControlMessage, answer: TellReply | None = None) -> None:
         """Anything but hello, bye, media.watch and what belongs to the bulk connection or to resuming. ``answer`` says
         it where a stop was heard."""
         link = self._operator.link

@@ -22,7 +22,7 @@ MAX_UNSENT_BYTES = 1024 * 1024
 """What the robot says past every queue is left out while so much waits for a peer that takes nothing: it is said
 again, when the question comes again."""
 
-Heard: TypeAlias = Callable[[Stop | Pong, Callable[[ControlMessage], None]], None]
+StopHeard: TypeAlias = Callable[[Stop | Pong, Callable[[ControlMessage], None]], None]
 
 
 class StopChannel:
@@ -30,7 +30,7 @@ class StopChannel:
     arrives, and what answers it here.
     """
 
-    def __init__(self, channel: Channel, heard: Heard) -> None:
+    def __init__(self, channel: Channel, heard: StopHeard) -> None:
         self._channel = channel
         self._heard = heard
         self._reader = FrameReader(MAX_STOP_BYTES)

@@ -7,6 +7,8 @@ import logging
 import threading
 from collections.abc import Callable
 
+from mosaic_core.runtime.threads.handover import on_loop
+
 logger = logging.getLogger(__name__)
 
 STOP_PATIENCE_S = 1.5
@@ -39,9 +41,7 @@ class HandlerThread:
         try:
             self._live()
         finally:
-            try:
-                self._loop.call_soon_threadsafe(self._done.set)
-            except RuntimeError:
+            if not on_loop(self._loop, self._done.set):
                 logger.debug("connector %r stopped after its robot was gone", self._label)
 
 

@@ -12,8 +12,17 @@ _AT_ONCE = 256
 """Items delivered before others on the loop get their turn."""
 
 
+def on_loop(loop: asyncio.AbstractEventLoop, action: Callable[[], object]) -> bool:
+    """Call ``action`` on the event loop soon; ``False``: the loop is closed, as the robot has stopped. Any thread."""
+    try:
+        loop.call_soon_threadsafe(action)
+    except RuntimeError:
+        return False
+    return True
+
+
 class Handover(Generic[T]):
-    """``put`` on any thread; ``deliver`` is called on the loop."""
+    """Hands items over from any thread to the event loop. ``put`` on any thread; ``deliver`` is called on the loop."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, deliver: Callable[[T], None], max_items: int = 10_000) -> None:
         self._loop = loop
@@ -29,10 +38,7 @@ class Handover(Generic[T]):
         self._items.append(item)  # before the flag is read: _drain clears it before it empties the queue
         if not self._is_scheduled:
             self._is_scheduled = True
-            try:
-                self._loop.call_soon_threadsafe(self._drain)
-            except RuntimeError:  # the loop is closed: the robot has stopped
-                return False
+            return on_loop(self._loop, self._drain)
         return True
 
     def __len__(self) -> int:

@@ -8,6 +8,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Self
 
+from mosaic_core.runtime.threads.handover import on_loop
+
 
 class Tap(ABC):
     """Opens and closes on the event loop, whatever thread enters and leaves it."""
@@ -34,10 +36,8 @@ class Tap(ABC):
         """Look no more; event loop."""
 
     def _on_loop(self, act: Callable[[], None]) -> None:
-        try:
-            self._loop.call_soon_threadsafe(act)
-        except RuntimeError:
-            self._failed("peer.shutdown")  # the loop is closed: the robot has stopped
+        if not on_loop(self._loop, act):
+            self._failed("peer.shutdown")
 
     def _failed(self, code: str) -> None:
         with self._came:

@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
-from mosaic_core.machines.congestion.rate_control import Feedback
+from mosaic_core.machines.congestion.feedback import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 

@@ -12,7 +12,7 @@ from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.machines.congestion.budget_allocator import Demand
 from mosaic_core.machines.congestion.connection_budget import ConnectionBudget
-from mosaic_core.machines.congestion.rate_control import Feedback
+from mosaic_core.machines.congestion.feedback import Feedback
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 
 

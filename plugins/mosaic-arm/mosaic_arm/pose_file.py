@@ -16,17 +16,17 @@ from mosaic_core.words.errors import MosaicError
 MAX_POSES = 100
 MAX_FILE_BYTES = 1024 * 1024
 PoseName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,63}$")]
-Pose = dict[str, float]
+ArmPose = dict[str, float]
 
 
-class SavedPoses(RootModel[dict[PoseName, Pose]]):
+class SavedPoses(RootModel[dict[PoseName, ArmPose]]):
     """What the file holds: angles in radians by joint, by name."""
 
 
 class PoseBook:
     """Finds poses by name; a saved one hides the YAML file's of the same name. Any thread."""
 
-    def __init__(self, written: Mapping[str, Pose], path: Path | None) -> None:
+    def __init__(self, written: Mapping[str, ArmPose], path: Path | None) -> None:
         """Raises :class:`MosaicError` (``config.invalid``) for a file that can't be read; one that does not exist is
         made when a pose is saved."""
         self._written = dict(written)
@@ -38,7 +38,7 @@ class PoseBook:
         with self._lock:
             return sorted({*self._written, *self._saved})
 
-    def pose(self, name: str) -> Pose | None:
+    def pose(self, name: str) -> ArmPose | None:
         with self._lock:
             return self._saved.get(name, self._written.get(name))
 
@@ -47,7 +47,7 @@ class PoseBook:
         with self._lock:
             return self._path if name in self._saved else None
 
-    def save(self, name: str, pose: Pose) -> None:
+    def save(self, name: str, pose: ArmPose) -> None:
         """Raises :class:`Refused`."""
         if self._path is None:
             raise Refused("arm.no_pose_file")
@@ -64,7 +64,7 @@ class PoseBook:
             self._saved = poses
 
 
-def _read(path: Path) -> dict[str, Pose]:
+def _read(path: Path) -> dict[str, ArmPose]:
     try:
         text = path.read_bytes()
         if len(text) > MAX_FILE_BYTES:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from mosaic_arm.joints import RESOURCE, TRIAL
 from mosaic_arm.params import JointName, PartParams
-from mosaic_arm.pose_file import Pose, PoseBook, PoseName
+from mosaic_arm.pose_file import ArmPose, PoseBook, PoseName
 from mosaic_arm.shared_arm import KeptArm, shared_arm
 from mosaic_core import DataChannelConfigurer, Message, Refused, Request, RequestHandler
 from mosaic_core.contract.params import unit
@@ -103,7 +103,7 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
             raise Refused("plugin.no_device", self._arm.gone.message)
         return angle
 
-    def _move(self, start: Pose, goal: Pose, whole_s: float, request: Request) -> None:
+    def _move(self, start: ArmPose, goal: ArmPose, whole_s: float, request: Request) -> None:
         """Along the straight line between two poses, in the time that its slowest joint needs."""
         token, began_s = object(), self.monotonic_s()
         for share in self._shares(began_s, whole_s):
@@ -122,7 +122,7 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
             share = min(1.0, (self.monotonic_s() - began_s + STEP_S) / whole_s) if whole_s else 1.0
             yield share
 
-    def _settled(self, goal: Pose, request: Request) -> float:
+    def _settled(self, goal: ArmPose, request: Request) -> float:
         ends_at_s = self.monotonic_s() + SETTLE_S
         while True:
             off_by_rad = max((abs(self._present(one) - angle) for one, angle in goal.items()), default=0.0)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from types import TracebackType
 
 from mosaic_camera.grabbed import Grabbed, takes_all
 from mosaic_camera.source import Source
@@ -74,9 +73,7 @@ class Grabber:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._changed:
             self._is_stopping = True
             self._changed.notify_all()

@@ -18,20 +18,21 @@ from mosaic_core.words.errors import hint_at
 from mosaic_core.words.limits import MotionKind
 from mosaic_core.words.safety_config import FieldBounds
 
-Value = float | bool | str
+SignalValue = float | bool | str
 
 
 class CommandFrame:
-    """``kinds``: what signals move. ``fixed``: what operators don't say, the same in every command. ``safe``: values of
-    the safe frame beside 0 for each velocity. ``counter``: a signal that counts frames. Raises :class:`MosaicError`
-    (``config.invalid``) for what the DBC file can't follow."""
+    """Packs a command into a CAN frame. ``kinds``: what signals move. ``fixed``: what operators don't say, the same in
+    every command. ``safe``: values of the safe frame beside 0 for each velocity. ``counter``: a signal that counts
+    frames. Raises :class:`MosaicError` (``config.invalid``) for what the DBC file can't follow.
+    """
 
     def __init__(
         self,
         described: Described,
         kinds: Mapping[str, MotionKind],
-        fixed: Mapping[str, Value],
-        safe: Mapping[str, Value],
+        fixed: Mapping[str, SignalValue],
+        safe: Mapping[str, SignalValue],
         counter: str | None,
     ) -> None:
         self._described = described
@@ -68,10 +69,10 @@ class CommandFrame:
                 cure = "Call it a position, or mend the range in the DBC file."
                 raise invalid(f"{name} goes from {low:g} to {high:g}, and 0 must stand still", cure)
 
-    def _safe_values(self, safe: Mapping[str, Value]) -> dict[str, Value] | None:
+    def _safe_values(self, safe: Mapping[str, SignalValue]) -> dict[str, SignalValue] | None:
         if not self.kinds and not safe:
             return None
-        zeros: dict[str, Value] = {name: 0.0 for name, kind in self.kinds.items() if kind == "velocity"}
+        zeros: dict[str, SignalValue] = {name: 0.0 for name, kind in self.kinds.items() if kind == "velocity"}
         values = {**self._fixed, **zeros, **safe}
         missing = [name for name in self._signals if name not in values and name != self._counter]
         if missing:
@@ -117,7 +118,7 @@ class CommandFrame:
         assert self._safe is not None
         return self._encoded(self._safe, next(self._counts))
 
-    def _encoded(self, values: Mapping[str, Value], count: int) -> can.Message:
+    def _encoded(self, values: Mapping[str, SignalValue], count: int) -> can.Message:
         counted = {self._counter: count} if self._counter else {}
         told: dict[str, Any] = {name: _plain(value) for name, value in values.items()}
         try:
@@ -132,6 +133,6 @@ class CommandFrame:
         )
 
 
-def _plain(value: Value) -> float | str:
+def _plain(value: SignalValue) -> float | str:
     """Flags as the numbers that cantools takes."""
     return int(value) if isinstance(value, bool) else value

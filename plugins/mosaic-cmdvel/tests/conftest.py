@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from types import TracebackType
 from typing import Self
 
 import pytest
@@ -42,9 +41,7 @@ class ScriptedDrive(Drive[DriveParams]):
         self._note(lambda: setattr(self, "opened", self.opened + 1))
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._note(lambda: setattr(self, "closed", self.closed + 1))
 
     def apply(self, twist: Twist) -> None:

@@ -10,7 +10,7 @@ import pytest
 from mosaic_core.contract.configurer import Shared
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.link.address import LinkAddress, Source
-from mosaic_mavlink.link.codec import Codec
+from mosaic_mavlink.link.codec import MavlinkCodec
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.link import MavlinkLink
 from mosaic_mavlink.params import VehicleParams
@@ -33,13 +33,13 @@ class Air:
         self.drops: Any = lambda name: False
         """Which messages of a vehicle get lost, by name in small letters."""
         self.waiting: deque[tuple[bytes, Source]] = deque()
-        self._codecs: dict[int, Codec] = {}
-        self._reader = Codec("ardupilotmega", 1, 1)
+        self._codecs: dict[int, MavlinkCodec] = {}
+        self._reader = MavlinkCodec("ardupilotmega", 1, 1)
         self.link: MavlinkLink | None = None
 
     def add(self, kind: str = "copter", system_id: int = 1) -> FakeAutopilot:
         self.vehicles[system_id] = FakeAutopilot(kind)
-        self._codecs[system_id] = Codec("ardupilotmega", system_id, 1)
+        self._codecs[system_id] = MavlinkCodec("ardupilotmega", system_id, 1)
         self.sources[system_id] = ("10.0.0.1", 14550)
         return self.vehicles[system_id]
 

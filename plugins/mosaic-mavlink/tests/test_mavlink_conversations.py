@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
-from mosaic_mavlink.link.codec import Codec
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.codec import MavlinkCodec
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.requests.command_words import CommandConversation
 from mosaic_mavlink.requests.conversation import (
     Concluded,
@@ -21,7 +21,7 @@ from mosaic_mavlink.requests.conversation import (
     Effect,
     NotConcluded,
     SendMessage,
-    TellProgress,
+    ShowProgress,
 )
 from mosaic_mavlink.requests.mission_words import ClearMission, DownloadMission, MissionStep, UploadMission
 from mosaic_mavlink.requests.parameter_words import (
@@ -40,12 +40,12 @@ class Talk:
     """Lets a conversation and an autopilot talk, in fake time."""
 
     def __init__(self, conversation: Conversation, autopilot: FakeAutopilot, loses: Loses = lambda: False) -> None:
-        self.progress: list[TellProgress] = []
-        self.sent: list[Outgoing] = []
+        self.progress: list[ShowProgress] = []
+        self.sent: list[OutgoingMessage] = []
         self.end: Concluded | NotConcluded | None = None
         self.now_s = 0.0
         self._conversation, self._autopilot, self._loses = conversation, autopilot, loses
-        self._ours, self._its = Codec("ardupilotmega", 255, 190), Codec("ardupilotmega", 1, 1)
+        self._ours, self._its = MavlinkCodec("ardupilotmega", 255, 190), MavlinkCodec("ardupilotmega", 1, 1)
         self._waiting: list[Any] = []
         self._do(conversation.begin(0.0))
         while self.end is None and self.now_s < 120.0:
@@ -64,12 +64,12 @@ class Talk:
         for effect in effects:
             if isinstance(effect, SendMessage):
                 self._send(effect.message)
-            elif isinstance(effect, TellProgress):
+            elif isinstance(effect, ShowProgress):
                 self.progress.append(effect)
             else:
                 self.end = effect
 
-    def _send(self, message: Outgoing) -> None:
+    def _send(self, message: OutgoingMessage) -> None:
         self.sent.append(message)
         name, fields = message
         frame = self._ours.packed(name, {"target_system": 1, "target_component": 1, **fields})
@@ -77,7 +77,7 @@ class Talk:
             if not self._loses():
                 self._tell(list(self._autopilot.hear(heard, self.now_s)))
 
-    def _tell(self, messages: list[Outgoing]) -> None:
+    def _tell(self, messages: list[OutgoingMessage]) -> None:
         for name, fields in messages:
             is_named = name.startswith("mission_")
             to = {"target_system": 255, "target_component": 190} if is_named else {}
@@ -146,7 +146,7 @@ def test_a_command_in_progress_is_waited_for_and_tells_how_far_it_is() -> None:
     conversation, mav = arming(), words.MAVLink(None)
     conversation.begin(0.0)
     assert conversation.hear(mav.command_ack_encode(400, 5, progress=40), 0.5) == [
-        TellProgress(40, 100, "being carried out")
+        ShowProgress(40, 100, "being carried out")
     ]
     assert conversation.time_passed(15.0) == []
     assert conversation.hear(mav.command_ack_encode(400, 0), 16.0) == [Concluded([])]
@@ -173,7 +173,7 @@ def test_parameters_are_got_set_and_listed() -> None:
     assert autopilot.parameters.values["RTL_ALT"][0] == one.value == 3000.0
     listed = Talk(ListParameters(bytewise=False), autopilot)
     assert [parameter.name for parameter in result(listed)] == list(autopilot.parameters.values)
-    assert listed.progress[0] == TellProgress(1, 5)
+    assert listed.progress[0] == ShowProgress(1, 5)
 
 
 def test_px4_puts_the_bytes_of_whole_numbers_where_the_float_would_be() -> None:
@@ -239,7 +239,7 @@ def test_a_mission_comes_down_as_it_went_up() -> None:
     autopilot = FakeAutopilot()
     up = Talk(UploadMission(steps(7)), autopilot)
     assert result(up) == 7
-    assert up.progress[-1] == TellProgress(7, 7)
+    assert up.progress[-1] == ShowProgress(7, 7)
     down = Talk(DownloadMission(), autopilot)
     assert tuple(result(down)) == steps(7)
     assert [one.done for one in down.progress] == [*range(1, 8)]

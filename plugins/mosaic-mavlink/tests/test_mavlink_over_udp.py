@@ -18,7 +18,7 @@ from mosaic_mavlink.control.manual import MavlinkManualConfigurer
 from mosaic_mavlink.control.velocity import MavlinkVelocityConfigurer
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.fake.fake_port import FakeVehicle
-from mosaic_mavlink.link.codec import Codec, signing_key
+from mosaic_mavlink.link.codec import MavlinkCodec, signing_key
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.link import MavlinkLink
 from mosaic_mavlink.params import VehicleParams
@@ -146,7 +146,7 @@ def test_a_key_is_64_digits_or_a_passphrase() -> None:
 def test_a_stream_over_tcp_is_closed_and_opened_again() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         params = VehicleParams(url=f"tcp:127.0.0.1:{server.getsockname()[1]}")
-        link, codec = MavlinkLink(params), Codec("ardupilotmega", 1, 1)
+        link, codec = MavlinkLink(params), MavlinkCodec("ardupilotmega", 1, 1)
         contact = VehicleContact(link, link.vehicle(params))
         heartbeat = {"type": 2, "autopilot": 3, "base_mode": 1, "custom_mode": 4, "system_status": 4}
         with link:
@@ -168,7 +168,7 @@ def test_a_stream_over_tcp_is_closed_and_opened_again() -> None:
 def test_a_serial_line_carries_it_too() -> None:
     ours, theirs = os.openpty()
     params = VehicleParams(url=os.ttyname(theirs), baud=115_200)
-    link, codec = MavlinkLink(params), Codec("ardupilotmega", 1, 1)
+    link, codec = MavlinkLink(params), MavlinkCodec("ardupilotmega", 1, 1)
     contact = VehicleContact(link, link.vehicle(params))
     heartbeat = {"type": 10, "autopilot": 3, "base_mode": 1, "custom_mode": 4, "system_status": 4}
     with link:

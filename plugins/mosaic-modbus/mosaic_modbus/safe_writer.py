@@ -11,7 +11,7 @@ from mosaic_modbus.params import WriteField
 from mosaic_modbus.plan import Write, writes_of
 from mosaic_modbus.port import DeviceSaidNo
 
-Value = float | bool
+FieldValue = float | bool
 
 
 class SafeWriter:
@@ -31,7 +31,7 @@ class SafeWriter:
         if self._safe:
             line.begins_and_ends_with(self)
 
-    def command(self, values: Mapping[str, Value]) -> None:
+    def command(self, values: Mapping[str, FieldValue]) -> None:
         """Write ``values``, what touches in one request. Receiver's thread. Raises :class:`Refused`; then the device is
         made safe if a part was written."""
         if self.owes:
@@ -45,7 +45,7 @@ class SafeWriter:
         for write in writes_of(self._fields, self._words(values)):
             self._write(write, check_order)
 
-    def _words(self, values: Mapping[str, Value]) -> dict[str, Sequence[int]]:
+    def _words(self, values: Mapping[str, FieldValue]) -> dict[str, Sequence[int]]:
         try:
             return {name: encoded(self._fields[name], value) for name, value in values.items()}
         except ValueError as error:
@@ -88,7 +88,7 @@ class SafeWriter:
         self.owes = False
 
 
-def safe_values(fields: Mapping[str, WriteField]) -> list[tuple[str, Value]]:
+def safe_values(fields: Mapping[str, WriteField]) -> list[tuple[str, FieldValue]]:
     """What is safe: as each field says, and 0 for a velocity that says nothing."""
     said = [(name, one.safe) for name, one in fields.items() if one.safe is not None]
     return said + [(name, 0.0) for name, one in fields.items() if one.safe is None and one.motion == "velocity"]

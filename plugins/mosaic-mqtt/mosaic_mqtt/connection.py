@@ -10,7 +10,6 @@ import struct
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, Protocol, Self
 
 from paho.mqtt.client import Client
@@ -81,9 +80,7 @@ class BrokerConnection:
         """What is done first, once the broker has let us in."""
         raise NotImplementedError
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._close()
 
     def _new_client(self) -> Client:

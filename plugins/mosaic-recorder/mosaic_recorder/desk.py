@@ -9,7 +9,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from types import TracebackType
 from typing import Any, Self
 
 from mosaic_core import Refused
@@ -23,7 +22,7 @@ from mosaic_recorder.messages import (
     RecorderStatus,
     SnapshotTaken,
 )
-from mosaic_recorder.new_recordings import NewRecordings, Tap, TapData, TapPictures
+from mosaic_recorder.new_recordings import NewRecordings, OpenTap, TapData, TapPictures
 from mosaic_recorder.params import RecorderParams, recorded
 from mosaic_recorder.recording import Recording
 from mosaic_recorder.snapshots import Snapshots
@@ -57,7 +56,7 @@ class RecorderDesk:
         self._teller = threading.Thread(target=self._tell, name="mosaic-recorder-status", daemon=True)
         self._snapshots = Snapshots(folder, params.min_free_bytes, lambda: self._is_over)
         self._snapshot_slots = threading.BoundedSemaphore(MAX_SNAPSHOTS)
-        self.tap: Tap
+        self.tap: OpenTap
         self.tap_pictures: TapPictures
         self.tap_data: TapData
         self.told: Callable[[RecorderStatus], object] = lambda status: None
@@ -67,9 +66,7 @@ class RecorderDesk:
         self._teller.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._news:
             self._is_over = True
             self._news.notify_all()

@@ -16,7 +16,8 @@ RecorderState = Literal["idle", "recording", "paused"]
 
 
 class RecorderCommand(Message):
-    """`{"command": "start"}` is enough, as MOSAIC's own recorder pad sends it; its `timestamp` is ignored."""
+    """A command to the recorder: `{"command": "start"}` is enough, as MOSAIC's own recorder pad sends it; its
+    `timestamp` is ignored."""
 
     command: Literal["start", "stop", "pause", "resume", "status", "list", "delete", "snapshot"]
     labels: tuple[str, ...] = Field(

@@ -20,7 +20,7 @@ from mosaic_recorder.params import RecorderParams
 from mosaic_recorder.recording import Limits
 from mosaic_recorder.robot_clock import RobotClock
 
-Tap = Callable[[str, TapCodec], MediaTap]
+OpenTap = Callable[[str, TapCodec], MediaTap]
 TapPictures = Callable[[str], PictureTap]
 TapData = Callable[..., DataTap]
 Number = TypeVar("Number", int, float)
@@ -39,7 +39,7 @@ class NewRecordings:
         self._movies = MovieLog()
         self._clock = RobotClock()
 
-    def of_camera(self, label: str, tap: Tap, command: RecorderCommand) -> CameraRecording:
+    def of_camera(self, label: str, tap: OpenTap, command: RecorderCommand) -> CameraRecording:
         params = self._params
         clip = ClipWriter(
             params.container,

@@ -38,7 +38,7 @@ from mosaic_core.words.errors import ConfigError, MosaicError
 from mosaic_ros2.bus.bus import BusError
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.bridge import Ros2BridgeConfigurer, Ros2BridgeParams, RosBridge
 from mosaic_ros2.connectors.topic import Ros2TopicConfigurer
 from mosaic_ros2.conversion.clouds import cloud_from
@@ -269,13 +269,13 @@ def test_a_cloud_with_all_that_it_may_have_comes_back_from_ros() -> None:
     xyz = np.arange(30.0).reshape(10, 3)
     rgb = np.arange(30, dtype=np.uint8).reshape(10, 3)
     cloud = cloud_of(xyz, intensity=np.arange(10.0), rgb=rgb)
-    data = Encoder(book, name).encode(cloud_fields(cloud, Origin(1, "lidar")))
+    data = CdrEncoder(book, name).encode(cloud_fields(cloud, Origin(1, "lidar")))
     assert decoded(name, data).header.frame_id == "lidar"
     back = cloud_from(Decoder(book, name).decode(data), 0.0)
     np.testing.assert_array_equal(back.xyz, xyz)
     np.testing.assert_array_equal(back.intensity, np.arange(10.0))  # type: ignore[arg-type]
     np.testing.assert_array_equal(back.rgb, rgb)  # type: ignore[arg-type]
-    empty = Encoder(book, name).encode(cloud_fields(cloud_of(np.empty((0, 3))), Origin()))
+    empty = CdrEncoder(book, name).encode(cloud_fields(cloud_of(np.empty((0, 3))), Origin()))
     assert decoded(name, empty).width == 0
 
 

@@ -16,13 +16,13 @@ from support.devices.ros_side import STORE, decoded, encoded
 
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import DTYPES, Decoder
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.definitions.bundled import bundled
 from mosaic_ros2.definitions.type_book import TypeBook
 
 BOOK = TypeBook(shares=())
 BOTH = sorted(name for name in bundled() if name in STORE.fielddefs)
-CODECS = {name: (Encoder(BOOK, name), Decoder(BOOK, name)) for name in BOTH}
+CODECS = {name: (CdrEncoder(BOOK, name), Decoder(BOOK, name)) for name in BOTH}
 TEXT = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=9)
 
 
@@ -127,7 +127,7 @@ def test_arrays_look_at_the_bytes_of_the_message() -> None:
 )
 def test_a_value_that_its_type_can_not_hold_is_named_by_its_path(name: str, values: Any, reason: str) -> None:
     with pytest.raises(CdrError, match=reason):
-        Encoder(BOOK, name).encode(values)
+        CdrEncoder(BOOK, name).encode(values)
 
 
 def test_every_number_has_a_form() -> None:

@@ -10,7 +10,7 @@ from support.devices.ros_side import encoded
 
 from mosaic_core.messages import STANDARD_MESSAGES, JointTarget, Twist
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.conversion.conversions import CONVERSIONS
 from mosaic_ros2.conversion.joints import positions_in, trajectory
 from mosaic_ros2.conversion.parts import ros_twist
@@ -119,11 +119,11 @@ def test_maps_ways_and_odometry_keep_their_frames() -> None:
 
 
 def test_commands_become_messages_that_encode() -> None:
-    twist = Encoder(BOOK, "geometry_msgs/msg/Twist").encode(ros_twist(Twist.planar(0.5, yaw_radps=-1)))
+    twist = CdrEncoder(BOOK, "geometry_msgs/msg/Twist").encode(ros_twist(Twist.planar(0.5, yaw_radps=-1)))
     assert twist == encoded("geometry_msgs/msg/Twist", {"linear": {"x": 0.5}, "angular": {"z": -1.0}})
     target = trajectory(JointTarget(names=["a"], positions=[1.5], duration_s=2.25), 1.0)
     wanted = {"positions": [1.5], "time_from_start": {"sec": 2, "nanosec": 250_000_000}}
-    sent = Encoder(BOOK, "trajectory_msgs/msg/JointTrajectory").encode(target)
+    sent = CdrEncoder(BOOK, "trajectory_msgs/msg/JointTrajectory").encode(target)
     assert sent == encoded("trajectory_msgs/msg/JointTrajectory", {"joint_names": ["a"], "points": [wanted]})
     state = Decoder(BOOK, "sensor_msgs/msg/JointState").decode(
         encoded("sensor_msgs/msg/JointState", {"name": ["a", "b"], "position": [1.0, NAN]})

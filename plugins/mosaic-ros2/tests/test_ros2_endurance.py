@@ -23,7 +23,7 @@ from mosaic_ros2.bus import kept_publication
 from mosaic_ros2.bus.dds import dds_service
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import RELIABLE
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.action import Ros2ActionConfigurer
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.params import Ros2Params
@@ -153,7 +153,7 @@ async def test_a_writer_that_is_lost_is_opened_again_and_a_node_hears_a_standsti
     heard = node.subscription("/cmd_vel", TWIST, qos(depth=100))
     bus = Ros2Params(**here).bus(Shared())
     with bus, KeptPublication(bus, "/cmd_vel", TWIST, RELIABLE) as publication:
-        drive = TwistPublisher("drive", publication, Encoder(bus.book, TWIST))
+        drive = TwistPublisher("drive", publication, CdrEncoder(bus.book, TWIST))
         assert await asyncio.to_thread(publication.wait_until_heard, 60)
         drive.handle_data(Twist.planar(0.3))
         writer: Any = publication._publication

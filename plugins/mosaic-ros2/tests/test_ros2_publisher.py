@@ -17,7 +17,7 @@ from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_ros2.bus import kept_publication
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import LATCHED, RELIABLE, QosProfile
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.publisher import (
     OriginalTwistConfigurer,
@@ -43,7 +43,7 @@ class Rig:
         self.publication = KeptPublication(self.shared, "/topic", type_name, qos)
         self.publication.__enter__()
         self.publication.wait_until_heard(5)
-        self.handler = make(self.publication, Encoder(self.shared.book, type_name))
+        self.handler = make(self.publication, CdrEncoder(self.shared.book, type_name))
 
     def published(self) -> list[Any]:
         return [decoded(self.type_name, one) for one in self.bus.published]

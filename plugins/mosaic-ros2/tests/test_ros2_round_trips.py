@@ -27,7 +27,7 @@ from mosaic_core.messages import (
 )
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.conversion.conversions import CONVERSIONS
 from mosaic_ros2.conversion.parts import Origin
 from mosaic_ros2.definitions.type_book import TypeBook
@@ -46,7 +46,7 @@ LOST: Mapping[str, set[str]] = {
 def encoded(name: str, message: Any, origin: Origin = Origin()) -> bytes:  # noqa: B008 - immutable
     fields = CONVERSIONS[name].fields
     assert fields is not None
-    return Encoder(BOOK, name).encode(fields(message, origin))
+    return CdrEncoder(BOOK, name).encode(fields(message, origin))
 
 
 def read_by_rosbags(name: str, data: bytes) -> Any:
@@ -214,9 +214,9 @@ def test_text_that_ros_can_not_carry_and_times_that_it_does_not_know_are_refused
 def test_of_a_trajectory_the_end_is_the_target_and_one_without_points_is_none() -> None:
     name = "trajectory_msgs/msg/JointTrajectory"
     points = [{"positions": [1.0]}, {"positions": [2.0], "time_from_start": {"sec": 3}}]
-    message = Decoder(BOOK, name).decode(Encoder(BOOK, name).encode({"joint_names": ["a"], "points": points}))
+    message = Decoder(BOOK, name).decode(CdrEncoder(BOOK, name).encode({"joint_names": ["a"], "points": points}))
     assert list(CONVERSIONS[name].convert(message)) == [JointTarget(names=["a"], positions=[2.0], duration_s=3.0)]
-    hold = Decoder(BOOK, name).decode(Encoder(BOOK, name).encode({"joint_names": ["a"]}))
+    hold = Decoder(BOOK, name).decode(CdrEncoder(BOOK, name).encode({"joint_names": ["a"]}))
     assert list(CONVERSIONS[name].convert(hold)) == []
 
 
@@ -228,7 +228,7 @@ def test_circles_and_lists_of_lines_are_marks_too() -> None:
         "circles": [{"position": {"x": 10.0, "y": 20.0}, "diameter": 4.0, "outline_color": red}],
         "points": [{"type": kind, "points": corners, "outline_color": red} for kind in (1, 2, 3, 4)],
     }
-    (found,) = CONVERSIONS[name].convert(Decoder(BOOK, name).decode(Encoder(BOOK, name).encode(fields)))
+    (found,) = CONVERSIONS[name].convert(Decoder(BOOK, name).decode(CdrEncoder(BOOK, name).encode(fields)))
     assert isinstance(found, ImageAnnotations)
     circle, *others = found.lines
     assert circle.closed

@@ -9,7 +9,6 @@ import logging
 import socket
 import struct
 import sys
-from types import TracebackType
 from typing import Self, TypeAlias
 from urllib.parse import urlsplit
 
@@ -75,9 +74,7 @@ class Datagrams:
             _log.warning("%s: anybody who reaches %s can feed this sensor", self._handler.label, self._listens_at[0])
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         assert self._socket is not None
         self._count_overflow(self._socket)
         self._socket.close()

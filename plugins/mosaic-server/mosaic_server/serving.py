@@ -17,7 +17,7 @@ import uvicorn
 from mosaic_server.app import create_app
 from mosaic_server.entrance.entrance import Entrance
 from mosaic_server.entrance.listener import CountingListener, bound_sockets
-from mosaic_server.entrance.places import Place
+from mosaic_server.entrance.places import EntrancePlace
 from mosaic_server.entrance.timed_http import TimedHttp
 from mosaic_server.services import Services
 from mosaic_server.settings import Settings
@@ -76,7 +76,7 @@ class Server(uvicorn.Server):
         self._entrance.tick()
         return await super().on_tick(counter)
 
-    def _protocol(self, place: Place) -> TimedHttp:
+    def _protocol(self, place: EntrancePlace) -> TimedHttp:
         state = {"server_state": self.server_state, "app_state": self.lifespan.state}
         return TimedHttp(self._entrance, place, config=self.config, **state)
 

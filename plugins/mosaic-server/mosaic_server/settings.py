@@ -19,7 +19,9 @@ LOOPBACK_HOSTS = frozenset({"localhost", "127.0.0.1", "::1"})
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """``allowed_hosts`` are the names in the Host header that are answered; empty means any."""
+    """The settings of a server. ``allowed_hosts`` are the names in the Host header that are answered; empty
+    means any.
+    """
 
     data_dir: Path = field(default_factory=default_data_dir)
     database_url: str | None = None

@@ -20,7 +20,7 @@ LOW_SPEED_MPS = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Battery:
-    """``current_a`` flows out of the pack when positive, into it when negative."""
+    """The battery of the simulated robot. ``current_a`` flows out of the pack when positive, into it when negative."""
 
     percent: float = 92.0
     voltage_v: float = 24.8

@@ -38,20 +38,20 @@ from aiortc.rtp import (
     wrap_rtx,
 )
 
-from mosaic_core.adapters.aiortc_private import (
-    PacedTransport,
+from mosaic_core.adapters.aiortc_private.ice.gathering import widen_udp_buffer
+from mosaic_core.adapters.aiortc_private.rtp.codecs import prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.rtp.paced_transport import PacedTransport
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
+    NUMBER_URI,
+    PLAYOUT_URI,
     PacketNumbers,
-    SenderFeedback,
     agree_on_arrivals,
-    prefer_codecs,
-    sent_codec,
     sequence_number_of,
-    widen_udp_buffer,
 )
-from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI, PLAYOUT_URI
 from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
+from mosaic_core.adapters.aiortc_private.rtp.senders import SenderFeedback
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
-from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PictureLost
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PictureLost
 
 REPORT = bytes.fromhex("8fcd0005 00000001 00000002 0001 0001 000001 00 2001 04 00".replace(" ", ""))
 """Packet 1 arrived a millisecond after 64 ms."""

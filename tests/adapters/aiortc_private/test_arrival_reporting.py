@@ -14,8 +14,7 @@ from aiortc.rtcrtpparameters import RTCRtpHeaderExtensionParameters, RTCRtpParam
 from aiortc.rtp import HeaderExtensions, HeaderExtensionsMap, RtpPacket
 from aiortc.sdp import SessionDescription
 
-from mosaic_core.adapters.aiortc_private import agree_on_arrivals
-from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI, agree_on_arrivals
 from mosaic_core.adapters.aiortc_private.rtp.reporting import (
     NUMBER_ID,
     ArrivalReporter,

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.aiortc_private import take_turns
 from mosaic_core.adapters.aiortc_private.ice import fair_turns
+from mosaic_core.adapters.aiortc_private.ice.fair_turns import take_turns
 
 DATAGRAMS = 50
 

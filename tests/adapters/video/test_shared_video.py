@@ -22,7 +22,7 @@ from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape
 from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.adapters.video.viewer_feed import MAX_WAITING
 from mosaic_core.contract.media import Captured
-from mosaic_core.machines.congestion.rate_control import PictureLost
+from mosaic_core.machines.congestion.feedback import PictureLost
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.testing import until
 

@@ -15,7 +15,7 @@ from aiortc.rtp import RTCP_PSFB_PLI, RtcpPsfbPacket, RtcpReceiverInfo, RtcpRrPa
 from mosaic_core.adapters.video.picture_clock import pts_of, stamped
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.laboratory.joining import until
-from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
 
 SSRC = 4711
 

@@ -19,7 +19,7 @@ from mosaic_core import (
     NoParams,
     Params,
 )
-from mosaic_core.cli.configuration.connector_defaults import Channel, Unmade, defaults_of, lines_of
+from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults, Unmade, defaults_of, lines_of
 from mosaic_core.cli.configuration.connector_example import example_yaml, shown_example
 from mosaic_core.messages import JointState, JointTarget, Twist
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
@@ -71,7 +71,7 @@ class PickyConfigurer(DataChannelConfigurer[PickyParams]):
         return Base(self.label)
 
 
-def lines(channel: Channel) -> dict[str, str]:
+def lines(channel: ChannelDefaults) -> dict[str, str]:
     return dict(lines_of(channel))
 
 

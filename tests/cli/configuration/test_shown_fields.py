@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -119,3 +120,7 @@ def test_what_receives_has_one_and_the_fields_that_it_takes(
     assert "\ntakes " in text
     assert "\nsafety " in text
     assert "timeout_s" in found["safety"]["properties"]
+    defaults = dict(
+        re.findall(r"^(timeout_s|on_timeout|resource|limits) .*?  +(its own|callback|none|motion) ", text, re.M)
+    )
+    assert defaults == {"timeout_s": "its own", "on_timeout": "callback", "resource": "its own", "limits": "its own"}

@@ -17,7 +17,7 @@ def test_it_fires_once_when_the_time_is_over() -> None:
     assert not dog.expire(1.29)
     assert dog.expire(1.3)
     assert not dog.expire(99.0)
-    assert not dog.is_armed
+    assert dog.due_at_s is None
 
 
 def test_it_never_fires_before_a_first_command_and_never_without_a_time_out() -> None:
@@ -48,7 +48,7 @@ def test_a_refused_command_leaves_the_deadline_where_it_was() -> None:
 def test_a_refused_first_command_disarms() -> None:
     dog = Watchdog(0.3)
     dog.unfeed(dog.feed("a", 0.0))
-    assert not dog.is_armed
+    assert dog.due_at_s is None
 
 
 def test_a_command_that_ended_with_an_error_stays_armed_and_moves_no_deadline() -> None:
@@ -60,7 +60,7 @@ def test_a_command_that_ended_with_an_error_stays_armed_and_moves_no_deadline() 
     before = dog.feed("a", 0.25)
     assert dog.expire(0.6)
     dog.keep_deadline(before)
-    assert not dog.is_armed
+    assert dog.due_at_s is None
 
 
 def test_a_refusal_after_the_safe_action_does_not_arm_again() -> None:
@@ -69,7 +69,7 @@ def test_a_refusal_after_the_safe_action_does_not_arm_again() -> None:
     before = dog.feed("a", 0.1)
     assert dog.expire(0.5)
     dog.unfeed(before)
-    assert not dog.is_armed
+    assert dog.due_at_s is None
 
 
 def test_disarm_ends_the_watch() -> None:
@@ -102,8 +102,8 @@ def test_over_any_history_it_fires_exactly_when_the_last_command_is_too_old(hist
 
 def test_it_is_armed_from_the_first_command_to_the_safe_action() -> None:
     dog = Watchdog(1.0)
-    armed = [dog.is_armed]
+    due_s = [dog.due_at_s]
     dog.feed("a", 5.0)
-    armed.append(dog.is_armed)
+    due_s.append(dog.due_at_s)
     dog.expire(6.0)
-    assert [*armed, dog.is_armed] == [False, True, False]
+    assert [*due_s, dog.due_at_s] == [None, 6.0, None]

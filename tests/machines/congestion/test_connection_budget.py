@@ -7,8 +7,9 @@ import pytest
 
 from mosaic_core.machines.congestion.budget_allocator import DRIVES, Demand
 from mosaic_core.machines.congestion.connection_budget import RISE_INTERVAL_S, ConnectionBudget
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PictureLost, ReceiverReport
 from mosaic_core.machines.congestion.path_watch import PathSeen
-from mosaic_core.machines.congestion.rate_control import START_BPS, BandwidthEstimate, PictureLost, ReceiverReport
+from mosaic_core.machines.congestion.rate_control import START_BPS
 from mosaic_core.machines.congestion.stream_reports import StreamReports
 
 NOW_S = 1e9

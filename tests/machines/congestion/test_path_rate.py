@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
 from mosaic_core.machines.congestion.path_rate import PathRate
 from mosaic_core.machines.congestion.path_watch import PathSeen
-from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
 
 MIN_BPS, MAX_BPS, START_BPS = 150_000, 4_000_000, 800_000
 REPORT_S = 0.1

@@ -9,14 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mosaic_core.machines.congestion.rate_control import (
-    START_BPS,
-    BandwidthEstimate,
-    PacketsMissing,
-    PictureLost,
-    RateControl,
-    ReceiverReport,
-)
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
+from mosaic_core.machines.congestion.rate_control import START_BPS, RateControl
 
 MIN_BPS, MAX_BPS = 150_000, 4_000_000
 

@@ -373,7 +373,7 @@ class Walk:
                 self.now_s = due_s
                 self.robot.expire(receiver, due_s)
                 demand(not receiver.is_moving, "a receiver stands when its commander has been silent for timeout_s")
-                demand(not receiver.watchdog.is_armed, "the watchdog fires once")
+                demand(receiver.watchdog.due_at_s is None, "the watchdog fires once")
             else:
                 self.now_s = until_s
                 break

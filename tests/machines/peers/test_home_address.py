@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.peers.home_address import is_loopback_name, leads_home
+from mosaic_core.machines.peers.home_address import is_loopback, is_loopback_name, leads_home
 
 HOME = [
     "127.0.0.1",
@@ -64,3 +64,8 @@ def test_what_is_no_address_leads_nowhere_and_breaks_nothing(text: str) -> None:
 def test_the_name_of_the_loopback_in_a_url() -> None:
     assert all(map(is_loopback_name, ("localhost", "LocalHost.", "127.0.0.1", "::1")))
     assert not any(map(is_loopback_name, ("", "robot.local", "localhost.example.org", "192.168.1.5")))
+
+
+def test_only_this_machine_reaches_what_listens_on_its_loopback() -> None:
+    hosts = ("localhost", "127.1.2.3", "::1", "192.168.1.2", "0.0.0.0", "::", "evil")  # noqa: S104 (nothing is bound)
+    assert [host for host in hosts if is_loopback(host)] == ["localhost", "127.1.2.3", "::1"]

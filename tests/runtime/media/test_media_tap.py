@@ -12,7 +12,7 @@ from typing import Any
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.contract.media_tap import TappedPicture
 from mosaic_core.laboratory.joining import until
-from mosaic_core.machines.congestion.rate_control import PictureLost
+from mosaic_core.machines.congestion.feedback import PictureLost
 from mosaic_core.runtime.media import media_tap
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.media_tap import RuntimeTap

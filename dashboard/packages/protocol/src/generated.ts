@@ -361,7 +361,10 @@ export interface Ping {
   t0: number
 }
 
-/** `t1`: when the ping arrived, `t2`: when this answer left, both on the answerer's clock. */
+/**
+ * The answer to a ping. `t1`: when the ping arrived, `t2`: when this answer left, both on the
+ * answerer's clock.
+ */
 export interface Pong {
   t0: number
   t1: number

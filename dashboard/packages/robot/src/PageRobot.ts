@@ -13,7 +13,7 @@ import type { PictureTimes } from './media/pictureTimes'
 import { PeersHere } from './peers/PeersHere'
 import { RobotPeer, type Site } from './peers/RobotPeer'
 import { RobotView, type PageRobotState } from './RobotView'
-import { Reception, type Arrival } from './signaling/Reception'
+import { Reception, type Introduction } from './signaling/Reception'
 import { RobotSignaling } from './signaling/robotSignaling'
 import type { Verify } from './signaling/tickets'
 
@@ -212,7 +212,7 @@ export class PageRobot implements Site {
     }
   }
 
-  private take({ offer, identity, iceServers, candidates }: Arrival): void {
+  private take({ offer, identity, iceServers, candidates }: Introduction): void {
     const peerId = offer.rtcConnectionId
     const peer = new RobotPeer(peerId, identity, this, iceServers, {
       answer: (sdpAnswer) => this.socket.send('signaling.send_sdp_answer', { rtcConnectionId: peerId, sdpAnswer }),

@@ -24,7 +24,7 @@ from aiortc.rtp import (
     unpack_remb_fci,
 )
 
-from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
 from mosaic_core.machines.media.capture_clock import RTP_MODULUS
 from mosaic_core.runtime.transport.media_transport import PictureFeed
 

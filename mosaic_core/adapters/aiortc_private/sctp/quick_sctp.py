@@ -30,7 +30,9 @@ REST_DELAY_S = 0.002
 
 
 class QuickReceiving(BoundedReceiving):
-    """Half of :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp`."""
+    """Receives the data of an SCTP association: the half of
+    :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp` that takes chunks in.
+    """
 
     _ack_pace: AckPace | None = None
     _unacknowledged_packets = 0

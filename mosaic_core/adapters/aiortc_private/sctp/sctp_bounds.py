@@ -44,8 +44,10 @@ ALL_HELD = SharedBudget(ALL_HELD_BYTES)
 
 
 class BoundedReceiving(RTCSctpTransport):
-    """Part of :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp`. ``exceeded`` is told, once, why
-    nothing more is taken."""
+    """Bounds what an SCTP association takes in, as a part of
+    :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp`. ``exceeded`` is told, once, why nothing
+    more is taken.
+    """
 
     exceeded: Callable[[str], None] | None = None
     _holding: Holding | None = None

@@ -41,7 +41,9 @@ _BUNDLE_BYTES = SCTP_MAX_PACKET_LENGTH - SCTP_COMMON_HEADER_LENGTH
 
 
 class QuickSending(QuickWindow):
-    """Half of :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp`."""
+    """Sends the data of an SCTP association: the half of
+    :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp` that lets chunks out.
+    """
 
     _is_gathering = False
     _is_flush_due = False

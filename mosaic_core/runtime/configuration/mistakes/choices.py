@@ -10,14 +10,14 @@ from pydantic_core import ErrorDetails
 from mosaic_core.contract.declared.expectations import expectation
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 
-Told: TypeAlias = tuple[ErrorDetails, str]
+ToldMistake: TypeAlias = tuple[ErrorDetails, str]
 """A mistake, and what else could stand in its place."""
 
 
-def told_once(mistakes: Sequence[ErrorDetails], document: YamlDocument, base: Place) -> Iterator[Told]:
+def told_once(mistakes: Sequence[ErrorDetails], document: YamlDocument, base: Place) -> Iterator[ToldMistake]:
     """The mistakes, and of a value that may be several things those of the one that was probably meant: it has the
     fewest. If each has one of the same value, they are told as one."""
-    choices: dict[Place, dict[str, list[Told]]] = {}
+    choices: dict[Place, dict[str, list[ToldMistake]]] = {}
     for one, word in _told_once([_of_tag(one) for one in mistakes]):
         place, choice = _choice(one, document, base)
         choices.setdefault(place, {}).setdefault(choice, []).append((one, word))
@@ -56,7 +56,7 @@ def _of_tag(mistake: ErrorDetails) -> ErrorDetails:
     return mistake
 
 
-def _told_once(mistakes: Sequence[ErrorDetails]) -> Iterator[Told]:
+def _told_once(mistakes: Sequence[ErrorDetails]) -> Iterator[ToldMistake]:
     """Each mistake, and the word (``'off'``) that could stand in its place: where a value or a word is taken, pydantic
     complains once about either."""
     words = {one["loc"][:-1]: one for one in mistakes if "".join(map(str, one["loc"][-1:])).startswith("literal[")}

@@ -63,7 +63,7 @@ def state_label(catalogue: Catalogue | None, wanted: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class FollowSession:
-    """Callable as the work of an operator session."""
+    """Lets a follower arm follow a leader arm; callable as the work of an operator session."""
 
     robot: str
     label: str

@@ -19,7 +19,9 @@ FollowPhase = Literal["waiting", "approaching", "following"]
 
 @dataclass(slots=True)
 class Following:
-    """``approach_radps``: how fast each joint comes toward the leader at first."""
+    """Makes commands for a follower arm of where the leader stands. ``approach_radps``: how fast each joint comes
+    toward the leader at first.
+    """
 
     approach_radps: float = 0.4
     phase: FollowPhase = "waiting"

@@ -19,8 +19,9 @@ class CallbackParams(DriveParams):
 
 
 class CallbackDrive(Drive[CallbackParams]):
-    """``function(twist)`` on the receiver's thread; ``function(STANDSTILL)`` to stop, on any thread, also while an
-    earlier call still runs."""
+    """A drive that calls a function of yours: ``function(twist)`` on the receiver's thread; ``function(STANDSTILL)`` to
+    stop, on any thread, also while an earlier call still runs.
+    """
 
     def apply(self, twist: Twist) -> None:
         self.params.function(twist)

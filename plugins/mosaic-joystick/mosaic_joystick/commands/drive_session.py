@@ -32,7 +32,7 @@ ZERO_WAIT_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class StickDrive:
-    """Callable as the work of an operator session."""
+    """Drives a robot by a joystick; callable as the work of an operator session."""
 
     robot: str
     label: str
@@ -48,7 +48,7 @@ class StickDrive:
         resource = self._resource(connection)
         store = connection.sendable(self.label)
         await store.wait_open()
-        return await until_closed(connection, _Driver(self, connection, store, resource).run())
+        return await until_closed(connection, _StickDriver(self, connection, store, resource).run())
 
     def _resource(self, connection: RobotConnection) -> str | None:
         """What must be held. Raises :class:`~mosaic_core.words.errors.MosaicError` where a stick must not drive."""
@@ -62,7 +62,7 @@ class StickDrive:
         return resource_of(entry)
 
 
-class _Driver:
+class _StickDriver:
     """Drives by one stick, which may be unplugged and come back, until Ctrl+C or the end of the connection."""
 
     def __init__(

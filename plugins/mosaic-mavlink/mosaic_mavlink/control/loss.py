@@ -14,7 +14,7 @@ from mosaic_core.contract.handler import Refused
 from mosaic_core.words.safety_config import SafePolicy
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import LossAction, action_mode
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.link.vehicle import VehicleFacts
 from mosaic_mavlink.params import VehicleParams
 
@@ -53,8 +53,9 @@ class MotionParams(VehicleParams):
 class LossGuard:
     """Keeps whether and in which mode a vehicle is commanded. Any thread."""
 
-    def __init__(self, contact: VehicleContact, params: MotionParams) -> None:
+    def __init__(self, contact: VehicleContact, params: MotionParams, silence_s: float) -> None:
         self._contact = contact
+        self._silence_s = silence_s
         self._action: LossAction = params.on_loss
         self._after_s = params.on_loss_after_s
         contact.vehicle.firmware.want(params.on_loss)
@@ -70,18 +71,23 @@ class LossGuard:
         if self._action != "none" and action_mode(facts.kind, self._action) is None:
             raise Refused("mavlink.no_such_action", f"a {facts.kind} knows no {self._action}; choose another on_loss")
 
-    def commanding(self, mode: str, commander: str, *, moves: bool) -> None:
-        """A command in this ``mode`` is about to be sent."""
+    def send(self, command: Outgoing, mode: str, commander: str, *, moves: bool) -> None:
+        """Send a command in this ``mode``, again and again until its operator has been silent for too long. Raises
+        :class:`Refused` where the link is lost."""
+        vehicle = self._contact.vehicle
         with self._lock:
             self._mode, self._moves, self._commander = mode, moves, commander
-        self._contact.vehicle.give_way()
+        vehicle.give_way()
+        vehicle.repeat(command, self._contact.now_s(), self._silence_s + STREAM_MARGIN_S)
+        if not self._contact.send(command):
+            raise Refused("plugin.no_device", "the link is lost; opening it again")
 
     def is_commander(self, peer_id: str) -> bool:
         """Whether this peer commands now."""
         with self._lock:
             return self._mode is not None and self._commander == peer_id
 
-    def make_safe(self, still: Outgoing, cause: str) -> None:
+    def make_safe(self, still: OutgoingMessage, cause: str) -> None:
         """Stand still at once; then the mode for ``cause``. A stick that was let go before is no loss: the vehicle is
         told to stand still on and on, until its operator commands or leaves."""
         vehicle, now_s = self._contact.vehicle, self._contact.now_s()

@@ -13,10 +13,10 @@ from mosaic_core.contract.params import Message, unit
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.safety_config import SafePolicy
-from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
+from mosaic_mavlink.control.loss import LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import VehicleClass, stick_modes
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 
 FULL = 1000
@@ -40,7 +40,7 @@ class ManualControl(Message):
 CENTRED = ManualControl()
 
 
-def sticks_message(kind: VehicleClass, sticks: ManualControl) -> Outgoing:
+def sticks_message(kind: VehicleClass, sticks: ManualControl) -> OutgoingMessage:
     """A ``MANUAL_CONTROL``. Sticks to the right are positive there; the throttle is 0 to 1000 with its middle at 500,
     but for ArduPilot's rovers, which steer by ``y`` and drive by ``z`` from -1000 to 1000."""
     axes = {
@@ -74,9 +74,8 @@ class MavlinkManual(DataChannelReceivable[ManualControl]):
         super().__init__(label)
         self.timeout_s = safety.timeout_s
         self.requires_lease = safety.requires_lease
-        self._silence_s = safety.timeout_s
         self._contact = contact
-        self._guard = LossGuard(contact, params)
+        self._guard = LossGuard(contact, params, safety.timeout_s)
 
     def handle_data(self, data: ManualControl, sender: Sender) -> None:
         """Receiver's thread."""
@@ -87,10 +86,7 @@ class MavlinkManual(DataChannelReceivable[ManualControl]):
             known = ", ".join(sorted(wanted)) or "none that is known"
             raise Refused("mavlink.wrong_mode", f"the vehicle is in {facts.mode}; sticks are taken in {known}")
         message = sticks_message(facts.kind, data)
-        self._guard.commanding(facts.mode, sender.peer_id, moves=data != CENTRED)
-        self._contact.vehicle.repeat(message, self._contact.now_s(), self._silence_s + STREAM_MARGIN_S)
-        if not self._contact.send(message):
-            raise Refused("plugin.no_device", "the link is lost; opening it again")
+        self._guard.send(message, facts.mode, sender.peer_id, moves=data != CENTRED)
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""

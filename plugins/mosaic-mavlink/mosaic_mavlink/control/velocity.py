@@ -15,10 +15,10 @@ from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.limits import FieldLimit
 from mosaic_core.words.safety_config import SafePolicy
-from mosaic_mavlink.control.loss import STREAM_MARGIN_S, LossGuard, MotionParams, not_kept
+from mosaic_mavlink.control.loss import LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import follows_velocities, guided_mode
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.params import EXAMPLE, TRIAL
 from mosaic_mavlink.telemetry.frames import flu_of_frd
 
@@ -55,7 +55,7 @@ class MavlinkVelocitySafety(SafetyConfig):
         )
 
 
-def velocity_message(twist: Twist) -> Outgoing:
+def velocity_message(twist: Twist) -> OutgoingMessage:
     """A ``SET_POSITION_TARGET_LOCAL_NED`` of a velocity in the vehicle's own axes."""
     vx, vy, vz = flu_of_frd(twist.linear.x, twist.linear.y, twist.linear.z)
     unused = dict.fromkeys(("x", "y", "z", "afx", "afy", "afz", "yaw"), 0.0)
@@ -81,9 +81,8 @@ class MavlinkVelocity(DataChannelReceivable[Twist]):
         super().__init__(label)
         self.timeout_s = safety.timeout_s
         self.requires_lease = safety.requires_lease
-        self._silence_s = safety.timeout_s
         self._contact = contact
-        self._guard = LossGuard(contact, params)
+        self._guard = LossGuard(contact, params, safety.timeout_s)
 
     def handle_data(self, data: Twist, sender: Sender) -> None:
         """Receiver's thread."""
@@ -98,10 +97,7 @@ class MavlinkVelocity(DataChannelReceivable[Twist]):
         if data.angular.x or data.angular.y:
             raise Refused("mavlink.no_such_axis", "a vehicle turns around z alone; leave angular.x and angular.y out")
         message = velocity_message(data)
-        self._guard.commanding(facts.mode, sender.peer_id, moves=data != STANDSTILL)
-        self._contact.vehicle.repeat(message, self._contact.now_s(), self._silence_s + STREAM_MARGIN_S)
-        if not self._contact.send(message):
-            raise Refused("plugin.no_device", "the link is lost; opening it again")
+        self._guard.send(message, facts.mode, sender.peer_id, moves=data != STANDSTILL)
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""

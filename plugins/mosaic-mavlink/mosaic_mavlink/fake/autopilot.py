@@ -13,7 +13,7 @@ from mosaic_mavlink.fake.body import HOME_ALTITUDE_M, FakeBody
 from mosaic_mavlink.fake.memory import FakeMission, FakeParameters
 from mosaic_mavlink.fake.reports import REPORTS, FakeInstruments
 from mosaic_mavlink.link.flight_modes import guided_mode, mode_name, mode_order, stick_modes, vehicle_class
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 
 TYPES = {
     "copter": (words.MAV_TYPE_QUADROTOR, words.MAV_AUTOPILOT_ARDUPILOTMEGA, "LOITER"),
@@ -80,7 +80,7 @@ class FakeAutopilot:
 
     # -- time --
 
-    def tick(self, now_s: float) -> Iterator[Outgoing]:
+    def tick(self, now_s: float) -> Iterator[OutgoingMessage]:
         """Move, and tell what is due."""
         if self._moved_s is not None and self.armed:
             self.body.move(now_s - self._moved_s)
@@ -100,7 +100,7 @@ class FakeAutopilot:
         texts, self._texts = self._texts, []
         return texts
 
-    def _report(self, kind: str, now_s: float) -> Outgoing:
+    def _report(self, kind: str, now_s: float) -> OutgoingMessage:
         if kind != "HEARTBEAT":
             return REPORTS[kind](self.instruments, int(now_s * 1000) & 0xFFFFFFFF)
         armed = words.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0
@@ -112,7 +112,7 @@ class FakeAutopilot:
 
     # -- what it is told --
 
-    def hear(self, message: Any, now_s: float) -> Iterator[Outgoing]:
+    def hear(self, message: Any, now_s: float) -> Iterator[OutgoingMessage]:
         """Answer one message of a ground station."""
         kind = message.get_type()
         if kind == "COMMAND_LONG":
@@ -203,7 +203,7 @@ class FakeAutopilot:
             self.body.yaw_radps = (message.y if is_rover else message.r) / 1000
 
 
-def _version(firmware: tuple[int, int]) -> Outgoing:
+def _version(firmware: tuple[int, int]) -> OutgoingMessage:
     zeros = {f"{part}_sw_version": 0 for part in ("middleware", "os")}
     customs = {f"{part}_custom_version": [0] * 8 for part in ("flight", "middleware", "os")}
     return "autopilot_version", {

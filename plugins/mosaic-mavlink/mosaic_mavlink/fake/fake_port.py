@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.link.address import Source
-from mosaic_mavlink.link.codec import Codec
+from mosaic_mavlink.link.codec import MavlinkCodec
 from mosaic_mavlink.link.ports import UdpPort
 
 STEP_S = 0.02
@@ -32,7 +32,7 @@ class FakeVehicle:
         self.autopilot = autopilot
         self.is_silent = False
         """Switched off, or out of reach: it neither hears nor speaks."""
-        self._codec = Codec("ardupilotmega", system_id, 1, key)
+        self._codec = MavlinkCodec("ardupilotmega", system_id, 1, key)
         self._port = UdpPort(None, to)
         self._clock = clock
         self._ends = threading.Event()

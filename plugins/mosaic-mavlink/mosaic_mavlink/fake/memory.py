@@ -8,7 +8,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 
 REAL32, INT32 = words.MAV_PARAM_TYPE_REAL32, words.MAV_PARAM_TYPE_INT32
 MAX_ITEMS = 200
@@ -29,7 +29,7 @@ class FakeParameters:
         self.to_lose: set[int] = set()
         """Indexes that get lost the next time that the whole list is told."""
 
-    def hear(self, message: Any) -> Iterator[Outgoing]:
+    def hear(self, message: Any) -> Iterator[OutgoingMessage]:
         kind = message.get_type()
         if kind == "PARAM_REQUEST_LIST":
             lost, self.to_lose = self.to_lose, set()
@@ -43,7 +43,7 @@ class FakeParameters:
             self.values[message.param_id] = (self._decoded(message.param_value, number), number)
             yield self._value(message.param_id)
 
-    def _value(self, name: str) -> Outgoing:
+    def _value(self, name: str) -> OutgoingMessage:
         value, number = self.values[name]
         if self._bytewise and number == INT32:
             value = struct.unpack("<f", struct.pack("<i", int(value)))[0]
@@ -68,7 +68,7 @@ class FakeMission:
         self.to_refuse = 0
         """A ``MAV_MISSION_RESULT`` with which the next upload ends."""
 
-    def hear(self, message: Any) -> Iterator[Outgoing]:
+    def hear(self, message: Any) -> Iterator[OutgoingMessage]:
         match message.get_type():
             case "MISSION_COUNT":
                 yield from self._begin(message.count)
@@ -82,7 +82,7 @@ class FakeMission:
                 self.items = []
                 yield "mission_ack", {"type": words.MAV_MISSION_ACCEPTED}
 
-    def _begin(self, count: int) -> Iterator[Outgoing]:
+    def _begin(self, count: int) -> Iterator[OutgoingMessage]:
         self._coming, self._expected = [], count
         if self.to_refuse or count > MAX_ITEMS:
             result, self.to_refuse = self.to_refuse or words.MAV_MISSION_NO_SPACE, 0
@@ -90,7 +90,7 @@ class FakeMission:
         else:
             yield "mission_request_int", {"seq": 0}
 
-    def _take(self, message: Any) -> Iterator[Outgoing]:
+    def _take(self, message: Any) -> Iterator[OutgoingMessage]:
         if message.seq == len(self._coming) < self._expected:
             self._coming.append({name: getattr(message, name) for name in _ITEM_FIELDS})
         if len(self._coming) < self._expected:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.fake.body import HOME, HOME_ALTITUDE_M, FakeBody
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 
 _SENSORS = (
     words.MAV_SYS_STATUS_SENSOR_3D_GYRO | words.MAV_SYS_STATUS_SENSOR_3D_ACCEL | words.MAV_SYS_STATUS_SENSOR_GPS
     | words.MAV_SYS_STATUS_SENSOR_BATTERY
 )  # fmt: skip
-Report = Callable[["FakeInstruments", int], Outgoing]
+MakeReport = Callable[["FakeInstruments", int], OutgoingMessage]
 
 
 @dataclass(slots=True)
@@ -31,14 +31,14 @@ def _e7(degrees: float) -> int:
     return round(degrees * 1e7)
 
 
-def _attitude(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _attitude(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     angles = {"roll": 0.0, "pitch": 0.0, "yaw": one.body.yaw_rad}
     return "attitude", {
         "time_boot_ms": boot_ms, **angles, "rollspeed": 0.0, "pitchspeed": 0.0, "yawspeed": one.body.yaw_radps,
     }  # fmt: skip
 
 
-def _local(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _local(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     body = one.body
     return "local_position_ned", {
         "time_boot_ms": boot_ms, "x": body.north_m, "y": body.east_m, "z": -body.up_m,
@@ -46,7 +46,7 @@ def _local(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _global(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _global(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     body = one.body
     return "global_position_int", {
         "time_boot_ms": boot_ms, "lat": _e7(body.latitude), "lon": _e7(body.longitude),
@@ -56,7 +56,7 @@ def _global(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _home(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _home(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     return "home_position", {
         "latitude": _e7(HOME[0]), "longitude": _e7(HOME[1]), "altitude": round(HOME_ALTITUDE_M * 1000),
         "x": 0.0, "y": 0.0, "z": 0.0, "q": [1.0, 0.0, 0.0, 0.0], "approach_x": 0.0, "approach_y": 0.0,
@@ -64,7 +64,7 @@ def _home(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _gps(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _gps(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     body = one.body
     return "gps_raw_int", {
         "time_usec": boot_ms * 1000, "fix_type": 3, "lat": _e7(body.latitude), "lon": _e7(body.longitude),
@@ -73,13 +73,13 @@ def _gps(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _scaled_imu(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _scaled_imu(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     still = dict.fromkeys(("xacc", "yacc", "xgyro", "ygyro", "xmag", "ymag", "zmag"), 0)
     rate = round(one.body.yaw_radps * 1000)
     return "scaled_imu", {"time_boot_ms": boot_ms, **still, "zacc": -1000, "zgyro": rate}
 
 
-def _battery(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _battery(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     cells_mv = [4000, 4000, 4000, 4000] + [0xFFFF] * 6
     return "battery_status", {
         "id": 0, "battery_function": 0, "type": 1, "temperature": 2510, "voltages": cells_mv, "current_battery": 1250,
@@ -87,7 +87,7 @@ def _battery(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _system(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _system(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     counts = dict.fromkeys(("drop_rate_comm", "errors_comm", *(f"errors_count{place}" for place in range(1, 5))), 0)
     return "sys_status", {
         "onboard_control_sensors_present": _SENSORS, "onboard_control_sensors_enabled": _SENSORS,
@@ -96,7 +96,7 @@ def _system(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _distance(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _distance(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     return "distance_sensor", {
         "time_boot_ms": boot_ms, "min_distance": 20, "max_distance": 4000,
         "current_distance": min(0xFFFF, round(one.body.up_m * 100) + 25), "type": 0, "id": 0, "orientation": 25,
@@ -104,11 +104,11 @@ def _distance(one: FakeInstruments, boot_ms: int) -> Outgoing:
     }  # fmt: skip
 
 
-def _extended(one: FakeInstruments, boot_ms: int) -> Outgoing:
+def _extended(one: FakeInstruments, boot_ms: int) -> OutgoingMessage:
     return "extended_sys_state", {"vtol_state": 0, "landed_state": 2 if one.body.up_m > 0.0 else 1}
 
 
-REPORTS: Mapping[str, Report] = {
+REPORTS: Mapping[str, MakeReport] = {
     "ATTITUDE": _attitude, "LOCAL_POSITION_NED": _local, "GLOBAL_POSITION_INT": _global, "HOME_POSITION": _home,
     "GPS_RAW_INT": _gps, "SCALED_IMU": _scaled_imu, "BATTERY_STATUS": _battery, "SYS_STATUS": _system,
     "DISTANCE_SENSOR": _distance, "EXTENDED_SYS_STATE": _extended,

@@ -57,7 +57,7 @@ class _Reader:
         yield from self._mav.parse_buffer(data) or ()
 
 
-class Codec:
+class MavlinkCodec:
     """Packs and reads the messages of one link. Reading: one thread; packing: any."""
 
     def __init__(self, dialect: str, system_id: int, component_id: int, key: bytes | None = None) -> None:

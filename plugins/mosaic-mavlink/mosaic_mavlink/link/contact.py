@@ -9,7 +9,7 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.link import MavlinkLink
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.link.vehicle import Vehicle, VehicleFacts
 from mosaic_mavlink.params import VehicleParams
 
@@ -45,7 +45,7 @@ class VehicleContact:
             raise Refused("plugin.no_device", "the vehicle has not been heard yet")
         return self.vehicle.facts
 
-    def send(self, message: Outgoing) -> bool:
+    def send(self, message: OutgoingMessage) -> bool:
         """Send to it now; whether the link took it."""
         return self.link.send(self.vehicle, message)
 

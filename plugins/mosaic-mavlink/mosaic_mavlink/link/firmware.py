@@ -15,7 +15,7 @@ from mosaic_mavlink.link.flight_modes import (
     ordered_mode,
     replacement,
 )
-from mosaic_mavlink.link.outgoing import Outgoing, command_message
+from mosaic_mavlink.link.outgoing import OutgoingMessage, command_message
 
 ASK_AGAIN_S = 5.0
 
@@ -36,7 +36,7 @@ class FirmwareQuestion:
         """The vehicle is new or booted anew."""
         self.version, self._asked_s = None, float("-inf")
 
-    def requests(self, kind: VehicleClass, now_s: float) -> Iterator[Outgoing]:
+    def requests(self, kind: VehicleClass, now_s: float) -> Iterator[OutgoingMessage]:
         """The question, every few seconds until it is answered."""
         modes = filter(None, (action_mode(kind, action) for action in self._actions))
         matters = any(replacement(kind, mode) is not None for mode in modes)

@@ -10,7 +10,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Self
 
 from pymavlink.dialects.v20 import ardupilotmega as words
@@ -18,9 +17,9 @@ from pymavlink.dialects.v20 import ardupilotmega as words
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.address import LinkAddress, Source, link_address
-from mosaic_mavlink.link.codec import Codec, signing_key
+from mosaic_mavlink.link.codec import MavlinkCodec, signing_key
 from mosaic_mavlink.link.opening import opened_port
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.link.ports import Port
 from mosaic_mavlink.link.vehicle import Vehicle
 from mosaic_mavlink.params import VehicleParams
@@ -77,9 +76,9 @@ class MavlinkLink:
                 raise ValueError(f"{name} differs from that of another connector on {url}; one link has one {name}")
         return link
 
-    def _fresh_codec(self) -> Codec:
+    def _fresh_codec(self) -> MavlinkCodec:
         one = self.params
-        return Codec(
+        return MavlinkCodec(
             one.dialect, one.own_system_id, one.own_component_id, signing_key(one.signing_key.get_secret_value())
         )
 
@@ -112,7 +111,7 @@ class MavlinkLink:
             return f"heard instead: system {heard}; check system_id and component_id"
         return "check that it is switched on and sends to this link"
 
-    def send(self, vehicle: Vehicle, message: Outgoing) -> bool:
+    def send(self, vehicle: Vehicle, message: OutgoingMessage) -> bool:
         """Send to ``vehicle`` now; ``False`` when it was never heard or the link is lost. Any thread, never blocks
         for longer than half a second."""
         facts = vehicle.facts
@@ -143,9 +142,7 @@ class MavlinkLink:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         ends_s = time.monotonic() + LAST_ORDERS_S
         while any(one.is_insisting for one in self._vehicles.values()) and time.monotonic() < ends_s:
             self._closing.wait(READ_TIMEOUT_S)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.link.flight_modes import VehicleClass, mode_order, replacement
-from mosaic_mavlink.link.outgoing import Outgoing, mode_message
+from mosaic_mavlink.link.outgoing import OutgoingMessage, mode_message
 
 INSIST_S = 0.5
 INSIST_FOR_S = 10.0
@@ -56,7 +56,7 @@ class ModeInsistence:
             if self._wanted is not None and self._wanted.was_ordered and result in _REFUSALS:
                 self._replaced(self._wanted, kind, now_s)
 
-    def orders(self, kind: VehicleClass, mode: str, now_s: float) -> Iterator[Outgoing]:
+    def orders(self, kind: VehicleClass, mode: str, now_s: float) -> Iterator[OutgoingMessage]:
         """What is to be sent now to a vehicle that is in ``mode``."""
         with self._lock:
             one = self._wanted

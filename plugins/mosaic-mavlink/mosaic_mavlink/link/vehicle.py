@@ -19,7 +19,7 @@ from mosaic_mavlink.link.codec import named
 from mosaic_mavlink.link.firmware import FirmwareQuestion
 from mosaic_mavlink.link.flight_modes import VehicleClass, mode_name, ordered_mode, vehicle_class
 from mosaic_mavlink.link.mode_insistence import ModeInsistence
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.link.status_texts import StatusTexts
 from mosaic_mavlink.link.wanted_rates import WantedRates
 
@@ -59,7 +59,7 @@ class VehicleFacts:
 
 @dataclass(slots=True)
 class _Stream:
-    message: Outgoing
+    message: OutgoingMessage
     until_s: float
     next_s: float
 
@@ -156,7 +156,7 @@ class Vehicle:
             named("MAV_STATE", message.system_status), now_s,
         )  # fmt: skip
 
-    def tick(self, now_s: float) -> list[Outgoing]:
+    def tick(self, now_s: float) -> list[OutgoingMessage]:
         """What is to be sent now: what is asked for, the mode that is insisted on, the velocity once more."""
         facts = self.facts
         if facts is None or not self.is_present(now_s):
@@ -164,7 +164,7 @@ class Vehicle:
         asked = (*self.rates.requests(now_s), *self.firmware.requests(facts.kind, now_s))
         return [*asked, *self._insistence.orders(facts.kind, facts.mode, now_s), *self._streamed(now_s)]
 
-    def _streamed(self, now_s: float) -> Iterator[Outgoing]:
+    def _streamed(self, now_s: float) -> Iterator[OutgoingMessage]:
         with self._lock:
             one = self._stream
             if one is None or now_s > one.until_s:
@@ -197,7 +197,7 @@ class Vehicle:
             with self._lock:
                 self._inboxes = tuple(one for one in self._inboxes if one is not inbox)
 
-    def repeat(self, message: Outgoing, now_s: float, for_s: float) -> None:
+    def repeat(self, message: OutgoingMessage, now_s: float, for_s: float) -> None:
         """Say ``message`` again and again for so long; it takes the place of the one before."""
         with self._lock:
             self._stream = _Stream(message, now_s + for_s, now_s + REPEAT_S)

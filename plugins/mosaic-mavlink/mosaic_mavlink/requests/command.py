@@ -33,14 +33,14 @@ OFFBOARD_FOR_S = 30.0
 BELIEVED_AFTER_S = 3.0
 LOOK_S = 0.02
 NO_NUMBER = math.nan
-Action = Literal["hold", "land", "rtl", "mode", "arm", "disarm", "takeoff", "reboot"]
+VehicleAction = Literal["hold", "land", "rtl", "mode", "arm", "disarm", "takeoff", "reboot"]
 """The first is what a form offers: it must harm nobody."""
 
 
 class VehicleCommand(Message):
     """What a vehicle shall do."""
 
-    action: Action
+    action: VehicleAction
     mode: str = Field(default="", max_length=32, description="For `mode`: its name, such as GUIDED.")
     altitude_m: float = Field(default=0.0, ge=0, le=500, description="For `takeoff`: above the ground.")
     forced: bool = Field(

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.link.codec import named
-from mosaic_mavlink.link.outgoing import Outgoing, command_message
+from mosaic_mavlink.link.outgoing import OutgoingMessage, command_message
 from mosaic_mavlink.link.status_texts import printable
-from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, TellProgress
+from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, ShowProgress
 
 REASON_S = 0.6
 """ArduPilot tells why it does not arm in texts, shortly before or after it refuses."""
@@ -42,7 +42,7 @@ class CommandConversation(Conversation):
     def begin(self, now_s: float) -> list[Effect]:
         return self.say(now_s, command_message(self._command, self._params))
 
-    def repeated(self, count: int) -> tuple[Outgoing, ...]:
+    def repeated(self, count: int) -> tuple[OutgoingMessage, ...]:
         return (command_message(self._command, self._params, confirmation=count - 1),)
 
     def hear(self, message: Any, now_s: float) -> list[Effect]:
@@ -58,7 +58,7 @@ class CommandConversation(Conversation):
             self._count = self.attempts
             self.deadline_s = now_s + WORK_PATIENCE_S
             percent = 0 if message.progress == UNKNOWN_PERCENT else message.progress
-            return [TellProgress(percent, 100, "being carried out")]
+            return [ShowProgress(percent, 100, "being carried out")]
         self._refused = message.result
         self.deadline_s = now_s + REASON_S
         return []

@@ -8,18 +8,18 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 
 
 @dataclass(frozen=True, slots=True)
 class SendMessage:
     """Send this to the vehicle."""
 
-    message: Outgoing
+    message: OutgoingMessage
 
 
 @dataclass(frozen=True, slots=True)
-class TellProgress:
+class ShowProgress:
     """Tell whoever asked how far it is."""
 
     done: int
@@ -29,20 +29,22 @@ class TellProgress:
 
 @dataclass(frozen=True, slots=True)
 class Concluded:
-    """It is over, with this result."""
+    """A conversation with the vehicle is over, with this result."""
 
     result: Any
 
 
 @dataclass(frozen=True, slots=True)
 class NotConcluded:
-    """It is over: the vehicle refused or fell silent. ``code`` and ``message`` are for the operator."""
+    """A conversation with the vehicle is over: it refused or fell silent. ``code`` and ``message`` are for the
+    operator.
+    """
 
     code: str
     message: str
 
 
-Effect: TypeAlias = SendMessage | TellProgress | Concluded | NotConcluded
+Effect: TypeAlias = SendMessage | ShowProgress | Concluded | NotConcluded
 
 
 class Conversation(ABC):
@@ -56,7 +58,7 @@ class Conversation(ABC):
     def __init__(self) -> None:
         self.deadline_s = float("inf")
         """When :meth:`time_passed` wants to be called."""
-        self._said: tuple[Outgoing, ...] = ()
+        self._said: tuple[OutgoingMessage, ...] = ()
         self._count = 0
 
     @abstractmethod
@@ -71,7 +73,7 @@ class Conversation(ABC):
         """Whoever asked takes the question back."""
         return []
 
-    def say(self, now_s: float, *messages: Outgoing) -> list[Effect]:
+    def say(self, now_s: float, *messages: OutgoingMessage) -> list[Effect]:
         """Say something new, and wait for an answer to it."""
         self._said, self._count = messages, 1
         self.deadline_s = now_s + self.patience_s
@@ -88,6 +90,6 @@ class Conversation(ABC):
         self.deadline_s = now_s + self.patience_s
         return [SendMessage(one) for one in self.repeated(self._count)]
 
-    def repeated(self, count: int) -> tuple[Outgoing, ...]:
+    def repeated(self, count: int) -> tuple[OutgoingMessage, ...]:
         """What is said the ``count``-th time."""
         return self._said

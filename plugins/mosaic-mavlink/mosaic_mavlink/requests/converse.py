@@ -13,7 +13,7 @@ from mosaic_mavlink.requests.conversation import (
     Effect,
     NotConcluded,
     SendMessage,
-    TellProgress,
+    ShowProgress,
 )
 
 LOOK_S = 0.1
@@ -46,7 +46,7 @@ def _carry_out(contact: VehicleContact, effect: Effect, request: Request) -> Non
         case SendMessage(message):
             if not contact.send(message):
                 raise Refused("plugin.no_device", "the link is lost; opening it again")
-        case TellProgress(done, total, said):
+        case ShowProgress(done, total, said):
             told = {"done": done, "total": total, "said": said or None}
             request.progress({key: value for key, value in told.items() if value is not None})
         case NotConcluded(code, message):

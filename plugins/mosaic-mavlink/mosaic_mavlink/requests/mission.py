@@ -29,14 +29,14 @@ _COMMANDS: dict[str, int] = {
     if not entry.name.endswith("ENUM_END")
 }
 _NAMES = {number: name for name, number in _COMMANDS.items()}
-Frame = Literal["relative", "global", "terrain", "mission", "other"]
-_FRAMES: dict[Frame, int] = {
+MissionFrame = Literal["relative", "global", "terrain", "mission", "other"]
+_FRAMES: dict[MissionFrame, int] = {
     "relative": words.MAV_FRAME_GLOBAL_RELATIVE_ALT,
     "global": words.MAV_FRAME_GLOBAL,
     "terrain": words.MAV_FRAME_GLOBAL_TERRAIN_ALT,
     "mission": words.MAV_FRAME_MISSION,
 }
-_FRAME_NAMES: dict[int, Frame] = {
+_FRAME_NAMES: dict[int, MissionFrame] = {
     **{number: name for name, number in _FRAMES.items()}, 5: "global", 6: "relative", 11: "terrain",
 }  # fmt: skip
 _HOME = MissionStep(words.MAV_CMD_NAV_WAYPOINT, words.MAV_FRAME_GLOBAL, (0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
@@ -52,7 +52,7 @@ class MissionItem(Message):
     latitude: float = Field(default=0.0, ge=-90, le=90, json_schema_extra=unit("deg"))
     longitude: float = Field(default=0.0, ge=-180, le=180, json_schema_extra=unit("deg"))
     altitude_m: float = Field(default=0.0, ge=-1000, le=20_000, description="As `frame` says.")
-    frame: Frame = Field(
+    frame: MissionFrame = Field(
         default="relative", description="Height above: home (relative), the sea (global), the ground (terrain)."
     )
     params: list[float | None] = Field(

@@ -8,18 +8,18 @@ from typing import Any, ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_mavlink.link.codec import named
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.requests.conversation import (
     Concluded,
     Conversation,
     Effect,
     NotConcluded,
     SendMessage,
-    TellProgress,
+    ShowProgress,
 )
 
 MAX_ITEMS = 1000
-CANCELLED: Outgoing = ("mission_ack", {"type": words.MAV_MISSION_OPERATION_CANCELLED})
+CANCELLED: OutgoingMessage = ("mission_ack", {"type": words.MAV_MISSION_OPERATION_CANCELLED})
 DEGREE_E7 = 1e7
 
 
@@ -35,7 +35,7 @@ class MissionStep:
     z: float
     autocontinue: bool = True
 
-    def message(self, place: int) -> Outgoing:
+    def message(self, place: int) -> OutgoingMessage:
         """As a ``MISSION_ITEM_INT``, whose places are whole numbers."""
         factor = item_factor(self.frame)
         numbers = {f"param{at}": value for at, value in enumerate(self.params, 1)}
@@ -90,7 +90,7 @@ class UploadMission(Conversation):
             return [SendMessage(CANCELLED), *_refusal(words.MAV_MISSION_INVALID_SEQUENCE)]
         self._handed_over = max(self._handed_over, message.seq + 1)
         item = self.say(now_s, self._steps[message.seq].message(message.seq))
-        return [*item, TellProgress(self._handed_over, len(self._steps))]
+        return [*item, ShowProgress(self._handed_over, len(self._steps))]
 
     def _ended(self, result: int) -> list[Effect]:
         if result != words.MAV_MISSION_ACCEPTED:
@@ -127,7 +127,7 @@ class DownloadMission(Conversation):
         if self._total is None or message.seq != len(self._steps):
             return []
         self._steps.append(read_step(message))
-        return [TellProgress(len(self._steps), self._total), *self._next(now_s)]
+        return [ShowProgress(len(self._steps), self._total), *self._next(now_s)]
 
     def _counted(self, total: int, now_s: float) -> list[Effect]:
         if self._total is not None:

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_mavlink.link.outgoing import Outgoing
+from mosaic_mavlink.link.outgoing import OutgoingMessage
 from mosaic_mavlink.link.status_texts import printable
-from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, TellProgress
+from mosaic_mavlink.requests.conversation import Concluded, Conversation, Effect, NotConcluded, ShowProgress
 
 MAX_PARAMETERS = 5000
 ASK_AT_ONCE = 10
@@ -138,9 +138,9 @@ class ListParameters(Conversation):
         if len(self._found) >= message.param_count:
             return [Concluded([one for _, one in sorted(self._found.items())])]
         is_news = len(self._found) % PROGRESS_EVERY == 1
-        return [TellProgress(len(self._found), self._total)] if is_news else []
+        return [ShowProgress(len(self._found), self._total)] if is_news else []
 
-    def repeated(self, count: int) -> tuple[Outgoing, ...]:
+    def repeated(self, count: int) -> tuple[OutgoingMessage, ...]:
         if self._total is None:
             return self._said
         missing = [place for place in range(self._total) if place not in self._found][:ASK_AT_ONCE]

@@ -9,8 +9,8 @@ from pydantic import Field
 
 from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_mujoco.params import CameraName, MujocoParams
-from mosaic_mujoco.world.drawing import Drawing, FreeView, Pixels
-from mosaic_mujoco.world.simulation import Moment, Simulation
+from mosaic_mujoco.world.drawing import Drawing, DrawnPixels, FreeView
+from mosaic_mujoco.world.simulation import SimulatedMoment, Simulation
 
 
 class MujocoCameraParams(MujocoParams, EncodingParams):
@@ -49,8 +49,8 @@ class MujocoCamera(MediaTrackHandler):
         params = self._params
         camera = params.camera or FreeView(params.azimuth_deg, params.elevation_deg, params.distance_m)
         drawing = Drawing(self._simulation, camera, params.width, params.height, has_shadows=params.shadows)
-        picture: Pixels | None = None
-        drawn: Moment | None = None
+        picture: DrawnPixels | None = None
+        drawn: SimulatedMoment | None = None
         tick_before = -1
         with drawing:
             for tick in self.every(1.0 / params.fps):

@@ -12,14 +12,14 @@ from mosaic_mujoco.world.live_simulation import CHUNK_STEPS, LiveSimulation
 
 MAX_STEPS = 10_000
 
-Speed = Annotated[float, Field(gt=0, le=1000)] | Literal["max"]
+SimulationSpeed = Annotated[float, Field(gt=0, le=1000)] | Literal["max"]
 
 
 class SimulationOrder(Message):
     """What is left out stays as it is."""
 
     pause: bool | None = Field(default=None, description="Stand still, or go on.")
-    speed: Speed | None = Field(
+    speed: SimulationSpeed | None = Field(
         default=None,
         description="Seconds that are simulated per second; `max`: as fast as it goes.",
         json_schema_extra=unit(""),
@@ -39,7 +39,7 @@ class SimulationState(Message):
 
 
 class MujocoControlParams(MujocoParams):
-    speed: Speed = Field(
+    speed: SimulationSpeed = Field(
         default=1.0,
         description="How fast it runs from the start: seconds that are simulated per second; `max`: as fast as it "
         "goes.",

@@ -13,7 +13,6 @@ import threading
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from mosaic_core import DeviceGone
 from mosaic_mujoco.world.engine import WITHOUT_DRAWING, engine
 from mosaic_mujoco.world.simulation import Simulation
 
-Pixels = NDArray[np.uint8]
+DrawnPixels = NDArray[np.uint8]
 
 DEBIAN = "apt install libegl1 libgl1-mesa-dri"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
@@ -97,12 +96,10 @@ class Drawing:
         self._view = self._placed_view()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._close()
 
-    def drawn(self) -> Pixels:
+    def drawn(self) -> DrawnPixels:
         """What the camera sees now: BGR, (height, width, 3). The simulation waits for a copy of its state alone."""
         mujoco, model = engine(), self._simulation.model
         width, height = self._size
@@ -111,7 +108,7 @@ class Drawing:
         mujoco.mjv_updateScene(model, self._data, self._option, None, self._view, everything, self._scene)
         frame = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(frame, self._scene, self._context)
-        pixels: Pixels = np.empty((height, width, 3), np.uint8)
+        pixels: DrawnPixels = np.empty((height, width, 3), np.uint8)
         mujoco.mjr_readPixels(pixels, None, frame, self._context)
         return np.ascontiguousarray(pixels[::-1, :, ::-1])  # OpenGL begins below, and with red
 

@@ -11,7 +11,9 @@ MAX_CATCH_UP_S = 0.1
 
 @dataclass(slots=True)
 class StepPace:
-    """``speed``: seconds that are simulated per second; ``None``: as fast as it goes."""
+    """Says when a simulation takes its next step. ``speed``: seconds that are simulated per second; ``None``: as fast
+    as it goes.
+    """
 
     timestep_s: float
     speed: float | None = 1.0

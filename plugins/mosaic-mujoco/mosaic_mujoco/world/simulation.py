@@ -32,7 +32,7 @@ LAG = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class SimulatedMoment:
     """When the simulation is, and where its actuators are, in the units of their signals."""
 
     time_s: float
@@ -58,7 +58,7 @@ class Simulation:
         keys = self.facts.keys
         self.start_key: str | None = "home" if "home" in keys else keys[0] if keys else None
         """Where it begins; ``None``: where the model stands by itself."""
-        self.moment = Moment(0.0, 0, np.zeros(self.model.nu))
+        self.moment = SimulatedMoment(0.0, 0, np.zeros(self.model.nu))
         self.reset(self.start_key)
 
     @property
@@ -94,7 +94,7 @@ class Simulation:
         self._begin(self.start_key)
 
     def _note_moment(self) -> None:
-        self.moment = Moment(float(self._data.time), self._steps, self._data.actuator_length.copy())
+        self.moment = SimulatedMoment(float(self._data.time), self._steps, self._data.actuator_length.copy())
 
     # -- looking --------------------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from typing import Literal, Protocol, TypeAlias
 from mosaic_core import DeviceGone
 from mosaic_ros2.bus.qos import QosProfile
 
-Role: TypeAlias = Literal["publisher", "subscription", "server", "client"]
+EndpointRole: TypeAlias = Literal["publisher", "subscription", "server", "client"]
 
 
 class BusError(DeviceGone):
@@ -40,7 +40,7 @@ class HeardEndpoint:
 
     name: str
     type: str
-    role: Role
+    role: EndpointRole
     qos: QosProfile = field(default_factory=QosProfile)
     is_foreign_service: bool = False
 

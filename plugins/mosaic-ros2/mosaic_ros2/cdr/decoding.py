@@ -14,7 +14,7 @@ from mosaic_ros2.cdr.cursor import CdrCursor, CdrError
 from mosaic_ros2.definitions.definition import NUMBERS, Definition, Field, FieldType
 from mosaic_ros2.definitions.type_book import TypeBook
 
-Reader: TypeAlias = Callable[[CdrCursor], Any]
+CdrReader: TypeAlias = Callable[[CdrCursor], Any]
 
 CODES = {
     "bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
@@ -52,7 +52,7 @@ class _Struct:
     """Reads the fields of one message, those of equal size that follow each other at once."""
 
     def __init__(self, book: TypeBook, definition: Definition) -> None:
-        self._steps: list[tuple[tuple[str, ...], Reader]] = []
+        self._steps: list[tuple[tuple[str, ...], CdrReader]] = []
         for fields in _runs(definition.fields):
             names = tuple(field.name for field in fields)
             single = len(fields) == 1 and not _is_plain(fields[0])
@@ -89,7 +89,7 @@ def _size(field: Field) -> int:
     return NUMBERS[field.type.base]
 
 
-def _run_reader(fields: list[Field]) -> Reader:
+def _run_reader(fields: list[Field]) -> CdrReader:
     size = _size(fields[0])
     codes = "".join(CODES[field.type.base] for field in fields)
     by_order = {order: struct.Struct(order + codes) for order in "<>"}
@@ -109,11 +109,11 @@ def _least_bytes(kind: FieldType) -> int:
     return NUMBERS.get(kind.base, 1) * (kind.size if kind.shape == "array" else 1)
 
 
-def _reader(book: TypeBook, kind: FieldType) -> Reader:
+def _reader(book: TypeBook, kind: FieldType) -> CdrReader:
     if kind.is_number:
         return _numbers_reader(kind)
     if kind.is_text:
-        one: Reader = _text if kind.base == "string" else _wide_text
+        one: CdrReader = _text if kind.base == "string" else _wide_text
         least = 4
     else:
         inner = _Struct(book, book.find(kind.base))
@@ -129,7 +129,7 @@ def _reader(book: TypeBook, kind: FieldType) -> Reader:
     return read
 
 
-def _numbers_reader(kind: FieldType) -> Reader:
+def _numbers_reader(kind: FieldType) -> CdrReader:
     dtype, size = DTYPES[kind.base], NUMBERS[kind.base]
 
     def read(cursor: CdrCursor) -> Any:

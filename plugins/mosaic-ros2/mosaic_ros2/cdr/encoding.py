@@ -20,7 +20,7 @@ from mosaic_ros2.definitions.type_book import TypeBook
 Writer: TypeAlias = Callable[[bytearray, Any], None]
 
 
-class Encoder:
+class CdrEncoder:
     """Encodes messages of one type, little-endian. Any thread."""
 
     def __init__(self, book: TypeBook, name: str) -> None:

@@ -29,8 +29,8 @@ from mosaic_ros2.conversion.json_form import fields_of, model_of, plain
 Q = TypeVar("Q")
 A = TypeVar("A")
 
-Outcome = Literal["succeeded", "canceled", "aborted", "unknown"]
-_OUTCOMES: Mapping[int, Outcome] = {4: "succeeded", 5: "canceled", 6: "aborted"}
+GoalOutcome = Literal["succeeded", "canceled", "aborted", "unknown"]
+_OUTCOMES: Mapping[int, GoalOutcome] = {4: "succeeded", 5: "canceled", 6: "aborted"}
 """action_msgs/GoalStatus."""
 CANCEL_S = 2.0
 """Longest wait for the server's word that it cancels."""
@@ -154,7 +154,9 @@ class Ros2ActionConfigurer(DataChannelConfigurer[Ros2ActionParams]):
         params, shared = self.params, self.params.bus(self.shared)
         goal = model_of(shared.book, f"{params.type}_Goal", is_command=True)
         result: Any = model_of(shared.book, f"{params.type}_Result", is_command=False)
-        answer = create_model("ActionResult", __base__=Message, outcome=(Outcome, ...), result=(result | None, None))
+        answer = create_model(
+            "ActionResult", __base__=Message, outcome=(GoalOutcome, ...), result=(result | None, None)
+        )
         content = {"__module__": __name__, "answer_within_s": params.timeout_s}
         base: Any = RosAction
         made = types.new_class("RosActionOfType", (base[goal, answer],), {}, lambda own: own.update(content))

@@ -9,7 +9,7 @@ from mosaic_core.contract.data_tap import TappedMessage
 from mosaic_core.messages import Diagnostic
 from mosaic_ros2.bus.bus import Bus, BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import PROFILES, QosChoice, QosProfile
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.bridged_types import BridgedType, compact_type
 from mosaic_ros2.conversion.parts import MAX_NAME, Origin
 from mosaic_ros2.definitions.definition import DefinitionError
@@ -36,7 +36,7 @@ class BridgedChannel:
         self._frame_id = frame_id
         self._book = book
         self._publication: Publication | None = None
-        self._encoder: Encoder | None = None
+        self._encoder: CdrEncoder | None = None
         self._published = 0
         self._refused = 0
         self._problem = ""
@@ -46,7 +46,7 @@ class BridgedChannel:
         if self._kind is None:
             return
         try:
-            self._encoder = Encoder(self._book, self._kind.type_name)
+            self._encoder = CdrEncoder(self._book, self._kind.type_name)
             self._publication = bus.publish(self._topic, self._kind.type_name, self._qos(self._kind))
         except DefinitionError as error:
             raise DeviceGone(str(error)) from error

@@ -15,7 +15,7 @@ from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_core.words.safety_config import FieldPath
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import PROFILES, QosChoice, QosProfile
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.params import Ros2Params, RosName, TypeName
 from mosaic_ros2.connectors.publishing import (
@@ -77,7 +77,7 @@ class Ros2PublisherConfigurer(DataChannelConfigurer[Ros2PublisherParams]):
     def configure(self) -> RosPublisher[Any]:
         params, safety = self.params, PublisherSafety.model_validate(self.safety.model_dump())
         shared = params.bus(self.shared)
-        encoder = Encoder(shared.book, params.type)
+        encoder = CdrEncoder(shared.book, params.type)
         key = f"mosaic-ros2:publish:{self.label}"
         publication = self.shared.get(key, lambda: KeptPublication(shared, params.topic, params.type, params.profile()))
         if params.type in (TWIST, TWIST_STAMPED):
@@ -106,7 +106,7 @@ class Ros2PublisherConfigurer(DataChannelConfigurer[Ros2PublisherParams]):
             raise mistake(f"a {kind.message.__name__} says itself what moves", "leave `motion_fields` out")
         return standard_publisher(kind, kind.fields, self.params.frame_id)
 
-    def _twist(self, publication: KeptPublication, encoder: Encoder, safety: PublisherSafety) -> TwistPublisher:
+    def _twist(self, publication: KeptPublication, encoder: CdrEncoder, safety: PublisherSafety) -> TwistPublisher:
         if not safety.names_speeds():
             cure = "write `safety: { max_linear_mps: 0.5, max_angular_radps: 1.0 }`, with your robot's numbers"
             raise mistake(f"nothing limits the velocities on {self.params.topic}", cure)

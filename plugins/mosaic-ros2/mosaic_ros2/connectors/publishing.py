@@ -11,7 +11,7 @@ from mosaic_core.messages import STANDSTILL, Twist
 from mosaic_core.words.data_type import Delivery
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.cdr.cursor import CdrError
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.safety import BASE_TIMEOUT_S
 from mosaic_ros2.conversion.conversions import Conversion, ToRos
 from mosaic_ros2.conversion.json_form import fields_of
@@ -26,7 +26,7 @@ class RosPublisher(DataChannelReceivable[T], Generic[T]):
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
 
-    def __init__(self, label: str, publication: KeptPublication, encoder: Encoder) -> None:
+    def __init__(self, label: str, publication: KeptPublication, encoder: CdrEncoder) -> None:
         super().__init__(label)
         self.publication = publication
         self._encoder = encoder
@@ -66,7 +66,9 @@ class TwistPublisher(RosPublisher[Twist]):
     requires_lease = True
     timeout_s = BASE_TIMEOUT_S
 
-    def __init__(self, label: str, publication: KeptPublication, encoder: Encoder, frame_id: str | None = None) -> None:
+    def __init__(
+        self, label: str, publication: KeptPublication, encoder: CdrEncoder, frame_id: str | None = None
+    ) -> None:
         """``frame_id``: of a stamped twist; ``None``: it has no header."""
         super().__init__(label, publication, encoder)
         self._frame_id = frame_id
@@ -86,7 +88,7 @@ class JsonPublisher(RosPublisher[T], Generic[T]):
     delivery: ClassVar[Delivery] = Delivery.RELIABLE
 
     def __init__(
-        self, label: str, publication: KeptPublication, encoder: Encoder, safe: Mapping[str, Any] | None
+        self, label: str, publication: KeptPublication, encoder: CdrEncoder, safe: Mapping[str, Any] | None
     ) -> None:
         super().__init__(label, publication, encoder)
         self._safe = safe

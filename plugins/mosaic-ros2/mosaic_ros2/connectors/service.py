@@ -14,7 +14,7 @@ from mosaic_ros2.bus.bus import BusError
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.params import Ros2Params, RosName, ServiceTypeName
 from mosaic_ros2.conversion.json_form import fields_of, model_of, plain
 
@@ -41,7 +41,7 @@ class ServiceCall:
         self.service = service
         self._shared = shared
         self._type_name = type_name
-        self._encoder = Encoder(shared.book, f"{type_name}_Request")
+        self._encoder = CdrEncoder(shared.book, f"{type_name}_Request")
         self._decoder = Decoder(shared.book, f"{type_name}_Response")
 
     def answer(self, fields: Any, is_over: Any) -> dict[str, Any] | None:

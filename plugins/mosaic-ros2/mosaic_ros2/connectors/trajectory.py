@@ -16,7 +16,7 @@ from mosaic_core.contract.params import Message, unit
 from mosaic_core.messages import JointTarget
 from mosaic_core.words.data_type import Delivery
 from mosaic_ros2.bus.kept_publication import KeptPublication
-from mosaic_ros2.cdr.encoding import Encoder
+from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.publishing import RosPublisher
 from mosaic_ros2.conversion.joints import trajectory
@@ -36,7 +36,7 @@ class TrajectoryPublisher(RosPublisher[T], Generic[T]):
     delivery: ClassVar[Delivery] = Delivery.LATEST
 
     def __init__(
-        self, label: str, publication: KeptPublication, encoder: Encoder, watch: JointWatch, reach_s: float
+        self, label: str, publication: KeptPublication, encoder: CdrEncoder, watch: JointWatch, reach_s: float
     ) -> None:
         """``reach_s``: the time for a way of which the command does not say how long it may take."""
         super().__init__(label, publication, encoder)

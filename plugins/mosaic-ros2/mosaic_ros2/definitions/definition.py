@@ -10,8 +10,8 @@ import re
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-Shape: TypeAlias = Literal["one", "array", "sequence"]
-Kind: TypeAlias = Literal["msg", "srv", "action"]
+FieldShape: TypeAlias = Literal["one", "array", "sequence"]
+DefinitionKind: TypeAlias = Literal["msg", "srv", "action"]
 
 NUMBERS = {
     "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,
@@ -41,7 +41,7 @@ class FieldType:
     """
 
     base: str
-    shape: Shape = "one"
+    shape: FieldShape = "one"
     size: int = 0
     text_bound: int = 0
 
@@ -84,7 +84,7 @@ class Definition:
         return tuple(dict.fromkeys(field.type.base for field in self.fields if field.type.is_message))
 
 
-def full_name(name: str, kind: Kind = "msg") -> str:
+def full_name(name: str, kind: DefinitionKind = "msg") -> str:
     """``sensor_msgs/Image``, ``sensor_msgs/msg/Image`` and ``sensor_msgs::msg::dds_::Image_`` as the second one;
     ``kind``: where the name does not say it. Raises :class:`DefinitionError`."""
     text = name.strip()
@@ -107,7 +107,7 @@ def action_name(name: str) -> str:
     return _of_kind(name, "action")
 
 
-def _of_kind(name: str, kind: Kind) -> str:
+def _of_kind(name: str, kind: DefinitionKind) -> str:
     found = full_name(name, kind)
     if found.split("/")[1] != kind:
         raise DefinitionError(f"{name[:80]!r} is of another kind; write it like {_EXAMPLES[kind]}")

@@ -14,8 +14,8 @@ from mosaic_ros2.definitions.definition import (
     Definition,
     DefinitionError,
     Field,
+    FieldShape,
     FieldType,
-    Shape,
     full_name,
 )
 
@@ -39,7 +39,7 @@ def field_type(text: str, package: str) -> FieldType:
         raise DefinitionError(f"{text!r}: longer than {MAX_LENGTH}")
     if base not in NUMBERS and base not in TEXTS:
         base = full_name(base if "/" in base else "std_msgs/Header" if base == "Header" else f"{package}/{base}")
-    shape: Shape = "one" if not matched["many"] else "array" if size and not matched["least"] else "sequence"
+    shape: FieldShape = "one" if not matched["many"] else "array" if size and not matched["least"] else "sequence"
     return FieldType(base, shape, size, int(matched["bound"] or 0))
 
 

@@ -17,8 +17,10 @@ MAX_RAYS = 65_535
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """``ranges_m`` (n,) metres, NaN: no return. Angles count counter-clockwise from straight ahead (REP-103).
-    ``intensities`` (n,) of any number type. ``captured_at_s``: the robot's monotonic clock. Made by :func:`scan_of`."""
+    """One turn of a planar laser scanner. ``ranges_m`` (n,) metres, NaN: no return. Angles count counter-clockwise from
+    straight ahead (REP-103). ``intensities`` (n,) of any number type. ``captured_at_s``: the robot's monotonic clock.
+    Made by :func:`scan_of`.
+    """
 
     ranges_m: NDArray[np.float32]
     angle_min_rad: float

@@ -19,6 +19,8 @@ Form: TypeAlias = Literal["compact", "json"]
 
 
 class LaserScanParams(Params):
+    """How scans are sent; derive the params of a connector that sends some from it."""
+
     form: Form = Field(
         default="compact",
         description="compact: a sixth of the bytes, for the dashboard and Python; json: for programs of your own. "

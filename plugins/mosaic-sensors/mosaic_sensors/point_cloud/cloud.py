@@ -19,8 +19,10 @@ _COLOUR_NAMES = (("r", "g", "b"), ("red", "green", "blue"), ("diffuse_red", "dif
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCloud:
-    """``xyz`` (n, 3) in metres, ``float32`` or ``float64``; ``intensity`` (n,) of any number type; ``rgb`` (n, 3)
-    ``uint8``. ``captured_at_s``: the robot's monotonic clock. Made by :func:`cloud_of`, which checks all of it."""
+    """A cloud of points, as arrays. ``xyz`` (n, 3) in metres, ``float32`` or ``float64``; ``intensity`` (n,) of any
+    number type; ``rgb`` (n, 3) ``uint8``. ``captured_at_s``: the robot's monotonic clock. Made by :func:`cloud_of`,
+    which checks all of it.
+    """
 
     xyz: Floats
     intensity: Numbers | None = None

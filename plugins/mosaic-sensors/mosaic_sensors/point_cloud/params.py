@@ -14,6 +14,8 @@ Corner: TypeAlias = Annotated[tuple[float, float, float], Field(description="[x,
 
 
 class PointCloudParams(Params):
+    """What is kept of a cloud and how it is sent; derive the params of a connector that sends some from it."""
+
     voxel_size_m: float = Field(default=0.0, ge=0, le=100, description="Keep one point per cube of this edge; 0: all.")
     max_points: int = Field(default=200_000, ge=1, le=2_000_000, description="Most points of one cloud.")
     max_rate_hz: float = Field(default=10.0, gt=0, le=100, description="Clouds beyond this rate are left out.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import signal
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
+from mosaic_core.machines.peers.home_address import is_loopback
 from mosaic_server.cli.options import DatabaseUrl, DataDir, fail
 from mosaic_server.entrance.bounds import DEFAULT_BOUNDS, Bounds
 from mosaic_server.entrance.forwarded import ProxyHeader
@@ -77,7 +77,7 @@ def run(
         fail("--ssl-certfile and --ssl-keyfile go together", exit_code=2)
     if ssl_certfile is not None and ssl_keyfile is not None and (mistake := tls_mistake(ssl_certfile, ssl_keyfile)):
         fail(f"{mistake}; give PEM files that belong together", exit_code=2)
-    is_local = _is_loopback(host)
+    is_local = is_loopback(host)
     if not is_local and ssl_certfile is None:
         _check_public(host, insecure_public)
     settings = Settings(
@@ -128,13 +128,6 @@ def _proxy(text: str) -> str:
         return proxy_in(text)
     except ValueError as error:
         fail(f"--trusted-proxy: {error}", exit_code=2)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def _check_public(host: str, insecure_public: bool) -> None:

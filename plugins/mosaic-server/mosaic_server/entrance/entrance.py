@@ -7,7 +7,7 @@ import time
 from collections.abc import Collection
 
 from mosaic_server.entrance.bounds import Bounds
-from mosaic_server.entrance.places import Place, Places
+from mosaic_server.entrance.places import EntrancePlace, Places
 from mosaic_server.entrance.proxies import TrustedProxies
 from mosaic_server.entrance.refusals import Refusals
 from mosaic_server.security.address_prefix import counted_address
@@ -28,14 +28,14 @@ class Entrance:
         self._proxies = TrustedProxies(trusted_proxies)
         self._places = Places(min(bounds.connections_per_address, in_all // 2), in_all)
 
-    def take(self, address: str) -> Place | None:
+    def take(self, address: str) -> EntrancePlace | None:
         """A place for a connection from there, or ``None``, which is told in the log."""
         place = self._places.take(None if address in self._proxies else counted_address(address))
         if place is None:
             self.refusals.note(TOO_MANY, address, time.monotonic())
         return place
 
-    def leave(self, place: Place) -> None:
+    def leave(self, place: EntrancePlace) -> None:
         self._places.leave(place)
 
     def tick(self) -> None:

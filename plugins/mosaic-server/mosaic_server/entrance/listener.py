@@ -13,7 +13,7 @@ from collections.abc import Callable
 from itertools import chain
 
 from mosaic_server.entrance.entrance import Entrance
-from mosaic_server.entrance.places import Place
+from mosaic_server.entrance.places import EntrancePlace
 
 _log = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ class CountingListener:
         self,
         sockets: list[socket.socket],
         entrance: Entrance,
-        make_protocol: Callable[[Place], asyncio.Protocol],
+        make_protocol: Callable[[EntrancePlace], asyncio.Protocol],
         tls: ssl.SSLContext | None,
     ) -> None:
         self.sockets = sockets
@@ -84,7 +84,7 @@ class CountingListener:
         self._beginning.add(beginning)
         beginning.add_done_callback(self._beginning.discard)
 
-    async def _begin(self, connection: socket.socket, place: Place) -> None:
+    async def _begin(self, connection: socket.socket, place: EntrancePlace) -> None:
         """What ends a handshake is no news: scanners do, and browsers that don't trust the certificate."""
         within_s = None if self._tls is None else self._entrance.bounds.header_s
         try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 @dataclass(slots=True, eq=False)
-class Place:
+class EntrancePlace:
     """The place of one connection. Nobody is served by an idle one: it goes when its address needs the place."""
 
     address: str | None
@@ -28,22 +28,22 @@ class Places:
     def __init__(self, per_address: int, in_all: int) -> None:
         self._per_address = per_address
         self._in_all = in_all
-        self._held: dict[str | None, dict[Place, None]] = {}
+        self._held: dict[str | None, dict[EntrancePlace, None]] = {}
         self._count = 0
 
-    def take(self, address: str | None) -> Place | None:
+    def take(self, address: str | None) -> EntrancePlace | None:
         """``None``: all are busy."""
         mine = self._held.get(address, {})
         if address is not None and len(mine) >= self._per_address and not self._makes_room(mine):
             return None
         if self._count >= self._in_all and not self._makes_room(max(self._held.values(), key=len)):
             return None
-        place = Place(address)
+        place = EntrancePlace(address)
         self._held.setdefault(address, {})[place] = None
         self._count += 1
         return place
 
-    def leave(self, place: Place) -> None:
+    def leave(self, place: EntrancePlace) -> None:
         """The connection is over. A second time this does nothing."""
         mine = self._held.get(place.address, {})
         if place not in mine:
@@ -53,7 +53,7 @@ class Places:
         if not mine:
             del self._held[place.address]
 
-    def _makes_room(self, places: dict[Place, None]) -> bool:
+    def _makes_room(self, places: dict[EntrancePlace, None]) -> bool:
         idle = next((place for place in places if not place.is_busy), None)
         if idle is None:
             return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from ipaddress import IPv4Network, IPv6Network, ip_address, ip_interface, ip_network
 
-Network = IPv4Network | IPv6Network
+IpNetwork = IPv4Network | IPv6Network
 
 
 def proxy_in(text: str) -> str:
@@ -25,7 +25,7 @@ class TrustedProxies:
     """Knows the addresses of the named proxies."""
 
     def __init__(self, named: Iterable[str]) -> None:
-        self._networks: list[Network] = [ip_network(one) for one in named]
+        self._networks: list[IpNetwork] = [ip_network(one) for one in named]
 
     def __contains__(self, address: object) -> bool:
         try:

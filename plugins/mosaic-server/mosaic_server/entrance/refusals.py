@@ -13,7 +13,7 @@ OTHERS = "other addresses"
 
 
 @dataclass(slots=True)
-class _Kind:
+class _RefusalKind:
     told_at_s: float
     untold: int = 0
 
@@ -22,7 +22,7 @@ class Refusals:
     """Counts what was refused, by reason and address. One thread (the event loop)."""
 
     def __init__(self) -> None:
-        self._kinds: dict[tuple[str, str], _Kind] = {}
+        self._kinds: dict[tuple[str, str], _RefusalKind] = {}
 
     def note(self, what: str, address: str, now_s: float) -> None:
         """``what`` completes "refused …": "a connection (…)"."""
@@ -33,7 +33,7 @@ class Refusals:
         if kind is not None:
             kind.untold += 1
             return
-        self._kinds[key] = _Kind(now_s)
+        self._kinds[key] = _RefusalKind(now_s)
         _log.warning("refused %s from %s", what, key[1])
 
     def tick(self, now_s: float) -> None:

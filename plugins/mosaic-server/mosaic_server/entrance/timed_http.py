@@ -12,14 +12,14 @@ import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from mosaic_server.entrance.entrance import Entrance
-from mosaic_server.entrance.places import Place
+from mosaic_server.entrance.places import EntrancePlace
 
 
 @runtime_checkable
 class Upgraded(Protocol):
     """The WebSocket that a connection has become keeps its place."""
 
-    def entered(self, entrance: Entrance, place: Place) -> None: ...
+    def entered(self, entrance: Entrance, place: EntrancePlace) -> None: ...
 
 
 class _Deadline:
@@ -73,7 +73,7 @@ class _Uncrumbled(h11.Connection):
 class TimedHttp(H11Protocol):
     """Serves one admitted connection until it ends or becomes a WebSocket. Event-loop thread only."""
 
-    def __init__(self, entrance: Entrance, place: Place, **uvicorns: Any) -> None:
+    def __init__(self, entrance: Entrance, place: EntrancePlace, **uvicorns: Any) -> None:
         super().__init__(**uvicorns)
         self.conn = _Uncrumbled(self._give_up)
         self._entrance = entrance

@@ -33,14 +33,16 @@ ASK_FOR_A_NEW_CODE = "Sign in with e-mail and password, or ask for a new code."
 
 
 class Login(WireModel):
-    """``username`` is the e-mail."""
+    """What an account logs in with. ``username`` is the e-mail."""
 
     username: str = Field(max_length=254, pattern=NO_NUL)
     password: str = Field(max_length=MAX_PASSWORD_LENGTH, repr=False)
 
 
 class OrganizationLogin(Login):
-    """``organizationName`` is the name of the organization; one of a single person is named by their e-mail."""
+    """What an account of an organization logs in with. ``organizationName`` is the name of the organization; one of a
+    single person is named by their e-mail.
+    """
 
     organization_name: str = Field(max_length=254, pattern=NO_NUL)
 

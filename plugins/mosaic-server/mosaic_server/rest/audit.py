@@ -15,7 +15,9 @@ router = APIRouter(prefix="/api/v1/audit", tags=["audit"])
 
 
 class AuditLine(WireModel):
-    """``actor`` did ``action`` to ``account`` (on ``robot``, with ``role``) at ``at``, from ``address``."""
+    """An entry of the audit log: ``actor`` did ``action`` to ``account`` (on ``robot``, with ``role``) at ``at``, from
+    ``address``.
+    """
 
     id: int
     at: str
@@ -31,7 +33,7 @@ class AuditLine(WireModel):
 
 
 class AuditPage(WireModel):
-    """``next``: give it as ``before`` for the next page; null at the end."""
+    """A page of the audit log. ``next``: give it as ``before`` for the next page; null at the end."""
 
     data: list[AuditLine]
     next: int | None

@@ -31,7 +31,9 @@ router = APIRouter(prefix="/api/v1", tags=["connections"])
 
 
 class ConnectionRequest(WireModel):
-    """``sessionId`` (ours) takes up a session again, for exactly one robot; without it each robot gets a new one."""
+    """A wish for connections to robots. ``sessionId`` (ours) takes up a session again, for exactly one robot; without
+    it each robot gets a new one.
+    """
 
     robot_ids: list[str] = Field(min_length=1, max_length=50)
     session_id: str | None = None
@@ -46,8 +48,9 @@ class OriginalIceServer(WireModel):
 
 
 class MadeConnection(WireModel):
-    """``rtcSessionId`` is the ``rtcConnectionId`` of every signaling message. ``sessionId`` (ours): only toward
-    operators that know several connections per session."""
+    """A connection to one robot, made. ``rtcSessionId`` is the ``rtcConnectionId`` of every signaling message.
+    ``sessionId`` (ours): only toward operators that know several connections per session.
+    """
 
     robot_id: str
     rtc_session_id: str

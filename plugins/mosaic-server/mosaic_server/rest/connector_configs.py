@@ -22,8 +22,9 @@ router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
 
 
 class Description(WireModel):
-    """``{"connectors": [{"connectorId": …}, …]}`` as a JSON text; further keys of a connector are kept. null forgets
-    what was stored, so that what follows from the robot's catalogue counts again."""
+    """What people wrote down of a robot: ``{"connectors": [{"connectorId": …}, …]}`` as a JSON text; further keys of a
+    connector are kept. null forgets what was stored, so that what follows from the robot's catalogue counts again.
+    """
 
     connector_config: str | None = Field(max_length=MAX_LENGTH, pattern=NO_NUL)
 

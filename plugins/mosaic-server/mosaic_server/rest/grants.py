@@ -21,7 +21,8 @@ router = APIRouter(prefix="/api/v1/robots/{robot_id}/grants", tags=["grants"], r
 
 
 class Grant(WireModel):
-    """``role`` is what counts on this robot; ``isGranted``: it was granted, otherwise it is the account's default.
+    """An account's role on one robot. ``role`` is what counts on this robot; ``isGranted``: it was granted, otherwise
+    it is the account's default.
 
     A disabled account (``isActive`` false) has no access whatever its role.
     """

@@ -42,7 +42,7 @@ class NewUser(WireModel):
 
 
 class CreatedUser(Created):
-    """``password`` only if the server made it."""
+    """A new account. ``password`` only if the server made it."""
 
     password: str | None = Field(default=None, repr=False)
 

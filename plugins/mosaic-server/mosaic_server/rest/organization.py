@@ -16,7 +16,9 @@ router = APIRouter(prefix="/api/v1/organization", tags=["organization"], respons
 
 
 class OrganizationDto(WireModel):
-    """``defaultRole`` is the role of accounts that are no administrators, on robots where nothing was granted."""
+    """An organization and its default role. ``defaultRole`` is the role of accounts that are no administrators, on
+    robots where nothing was granted.
+    """
 
     id: str
     name: str

@@ -19,7 +19,7 @@ from mosaic_server.rest.password_attempts import address_of, must_not_guess_on
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep, actor_of
 from mosaic_server.rest.texts import NAME, NO_NUL
 from mosaic_server.roles import Role
-from mosaic_server.security.pairing import Offer, Verdict, typed_pin, with_code, with_pin
+from mosaic_server.security.pairing import Offer, PairingVerdict, typed_pin, with_code, with_pin
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import note_failed_login
 from mosaic_server.storage.devices import is_device, pair, revoke_device
@@ -38,7 +38,7 @@ class Pairing(WireModel):
 
 
 class Paired(WireModel):
-    """``accessToken`` counts until the device is revoked."""
+    """A device was paired. ``accessToken`` counts until the device is revoked."""
 
     access_token: str = Field(repr=False)
     role: Role
@@ -47,7 +47,9 @@ class Paired(WireModel):
 
 
 class ProofWanted(WireModel):
-    """``claims``: the first two parts of an access token, without the third, which makes it one."""
+    """A device that asks for proof. ``claims``: the first two parts of an access token, without the third, which makes
+    it one.
+    """
 
     claims: str = Field(max_length=4096, pattern=r"^[\w-]+\.[\w-]+$")
     nonce: str = Field(min_length=16, max_length=64, pattern=r"^[\w-]+$")
@@ -71,7 +73,7 @@ async def pair_device(wanted: Pairing, request: Request, services: ServicesDep) 
     async with services.pairing:
         _must_not_try_on(services, wanted, address)
         paired = await services.database.run(pair, _judge(wanted), wanted.name.strip() or "device", address)
-        if isinstance(paired, Verdict):
+        if isinstance(paired, PairingVerdict):
             raise await _refusal(services, wanted, address, paired.tries_left)
     person = paired.person
     _log.info("paired %r as %s, from %s", person.full_name, paired.role, address)
@@ -98,7 +100,7 @@ async def unpair(person: PersonDep, services: ServicesDep) -> Envelope[DoneMessa
     return Envelope(resultData=DoneMessage(message="unpaired"))
 
 
-def _judge(wanted: Pairing) -> Callable[[Sequence[Offer]], Verdict]:
+def _judge(wanted: Pairing) -> Callable[[Sequence[Offer]], PairingVerdict]:
     if wanted.pin is not None:
         return partial(with_pin, pin=typed_pin(wanted.pin))
     return partial(with_code, code=wanted.code or "")

@@ -33,7 +33,9 @@ class RobotCredentials(WireModel):
 
 
 class RobotChecked(WireModel):
-    """``iceServers``: as the robot would get them, with credentials that end soon."""
+    """A robot's credentials were checked. ``iceServers``: as the robot would get them, with credentials that
+    end soon.
+    """
 
     robot_id: str
     name: str

@@ -36,7 +36,7 @@ router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
 
 
 class RobotInfo(WireModel):
-    """``status`` and ``authType`` are the numbers of the original.
+    """A robot, as whoever asks sees it. ``status`` and ``authType`` are the numbers of the original.
 
     ``connectorConfig`` is what people stored, else what follows from the robot's catalogue. Ours:
     ``connectorConfigIsStored``, ``isOnline``, and ``myRole``, what whoever asks may do with this robot.
@@ -60,7 +60,9 @@ class RobotPage(WireModel):
 
 
 class NewRobot(WireModel):
-    """``status`` of original dashboards is accepted and ignored: the robot says it itself."""
+    """A robot that shall be made. ``status`` of original dashboards is accepted and ignored: the robot says it
+    itself.
+    """
 
     name: str = Field(min_length=1, max_length=200, pattern=NAME)
     description: str = Field(default="", max_length=10_000, pattern=NO_NUL)

@@ -19,7 +19,9 @@ router = APIRouter(prefix="/api/v1/users", tags=["users"])
 
 
 class UserDto(WireModel):
-    """``isProgram`` is ours: the account is a program's and never passes for a person on a robot."""
+    """An account, as administrators see it. ``isProgram`` is ours: the account is a program's and never passes for a
+    person on a robot.
+    """
 
     id: str
     email: str

@@ -19,7 +19,7 @@ _ISSUER = "mosaic-server"
 
 
 class AccessTokenRefused(Exception):
-    """``code`` is what the original server answers for this kind of refusal."""
+    """An access token is refused. ``code`` is what the original server answers for this kind of refusal."""
 
     def __init__(self, code: ResultCode) -> None:
         super().__init__(code.name)

@@ -42,8 +42,10 @@ class Offer:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """``accepted``: the offer that was met. ``wrong_pins``: what each open offer has counted now."""
+class PairingVerdict:
+    """What was judged of an attempt to pair. ``accepted``: the offer that was met. ``wrong_pins``: what each open offer
+    has counted now.
+    """
 
     accepted: str | None
     wrong_pins: dict[str, int]
@@ -71,16 +73,16 @@ def typed_pin(text: str) -> str:
     return "".join(letter for letter in text if letter.isdigit() and letter.isascii())
 
 
-def with_code(offers: Sequence[Offer], code: str) -> Verdict:
+def with_code(offers: Sequence[Offer], code: str) -> PairingVerdict:
     """Somebody scanned. Nothing is counted: it can't be guessed."""
-    return Verdict(_first(offers, lambda offer: hmac.compare_digest(offer.code_hash, hash_of(code))), {})
+    return PairingVerdict(_first(offers, lambda offer: hmac.compare_digest(offer.code_hash, hash_of(code))), {})
 
 
-def with_pin(offers: Sequence[Offer], pin: str) -> Verdict:
+def with_pin(offers: Sequence[Offer], pin: str) -> PairingVerdict:
     """Somebody typed. A wrong PIN counts against every offer, for nobody knows which one was meant."""
     wanted = hash_of(pin)
     met = _first(offers, lambda one: one.pin_hash is not None and hmac.compare_digest(one.pin_hash, wanted))
-    return Verdict(met, {} if met is not None else {offer.id: offer.wrong_pins + 1 for offer in offers})
+    return PairingVerdict(met, {} if met is not None else {offer.id: offer.wrong_pins + 1 for offer in offers})
 
 
 def _first(offers: Sequence[Offer], is_met: Callable[[Offer], bool]) -> str | None:

@@ -23,7 +23,7 @@ from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.codes import CLOSE_REASONS, CloseCode
 from mosaic_core.words.signaling import SIZE_BEFORE_AUTHORIZATION
 from mosaic_server.entrance.entrance import Entrance
-from mosaic_server.entrance.places import Place
+from mosaic_server.entrance.places import EntrancePlace
 
 LINK = "mosaic.link"
 CLOSE_GRACE_S = 1.0
@@ -109,10 +109,10 @@ class LinkedProtocol(WebSocketsSansIOProtocol):
         self.heard_at_s = time.monotonic()
         self.rate = TokenBucket(FRAMES_PER_S * STRANGERS_SHARE, FRAME_BURST * STRANGERS_SHARE)
         self._entrance: Entrance | None = None
-        self._place: Place | None = None
+        self._place: EntrancePlace | None = None
         self._talks_too_much = False
 
-    def entered(self, entrance: Entrance, place: Place) -> None:
+    def entered(self, entrance: Entrance, place: EntrancePlace) -> None:
         """The connection was an HTTP request until now; it gives its place back when it ends."""
         self._entrance, self._place = entrance, place
 

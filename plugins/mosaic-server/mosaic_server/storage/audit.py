@@ -35,7 +35,9 @@ administrators do is bounded by age alone, so that nobody can wash a grant away 
 
 @dataclass(frozen=True, slots=True)
 class AuditEntry:
-    """``actor``: the e-mail of who did it, or :data:`COMMAND_LINE`; ``account`` and ``robot``: what it was done to."""
+    """An entry of the audit log, as it is written. ``actor``: the e-mail of who did it, or :data:`COMMAND_LINE`;
+    ``account`` and ``robot``: what it was done to.
+    """
 
     action: AuditAction
     organization_id: str | None

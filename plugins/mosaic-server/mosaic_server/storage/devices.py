@@ -13,7 +13,7 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role
-from mosaic_server.security.pairing import LIFETIME_S, Offer, PairingSecrets, Verdict, hash_of, new_secrets
+from mosaic_server.security.pairing import LIFETIME_S, Offer, PairingSecrets, PairingVerdict, hash_of, new_secrets
 from mosaic_server.security.passwords import nobodys_password
 from mosaic_server.security.robot_tokens import hash_of_token
 from mosaic_server.storage.accounts import Membership, Person, add_account
@@ -92,7 +92,7 @@ def withdraw_offer(session: Session, offer_id: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class OfferState:
-    """``device``: who took it. Neither open nor taken: it is too old."""
+    """The state of an offer to pair a device. ``device``: who took it. Neither open nor taken: it is too old."""
 
     is_open: bool
     has_pin: bool
@@ -117,7 +117,9 @@ class NewDevice:
     robot_name: str
 
 
-def pair(session: Session, judge: Callable[[Sequence[Offer]], Verdict], name: str, address: str) -> NewDevice | Verdict:
+def pair(
+    session: Session, judge: Callable[[Sequence[Offer]], PairingVerdict], name: str, address: str
+) -> NewDevice | PairingVerdict:
     """The new device of whoever met an open offer; else what was judged, and that is counted."""
     rows = {row.id: row for row in _open(session)}
     verdict = judge([Offer(row.id, row.pin_hash, row.code_hash, row.wrong_pins) for row in rows.values()])

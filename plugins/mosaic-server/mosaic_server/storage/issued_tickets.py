@@ -40,7 +40,9 @@ class WantedTicket:
 
 @dataclass(frozen=True, slots=True)
 class VoidTicket:
-    """``code``: why its connection has to be closed. ``is_newest`` of all tickets for this robot."""
+    """A ticket that no longer counts. ``code``: why its connection has to be closed. ``is_newest`` of all tickets for
+    this robot.
+    """
 
     robot_id: str
     connection_id: str

@@ -64,7 +64,9 @@ _OnSocket = (
 
 
 class Switchboard:
-    """``handle(event) -> effects``. Pure; one thread. Events of sockets that it closed already are ignored."""
+    """Decides which messages go from whom to whom: ``handle(event) -> effects``. Pure; one thread. Events of sockets
+    that it closed already are ignored.
+    """
 
     def __init__(
         self,

@@ -83,7 +83,9 @@ class OperatorAuthorized:
 
 @dataclass(frozen=True, slots=True)
 class AuthorizationRefused:
-    """``bare`` answers with type ``authorize`` instead of ``authorize.res``, as the original does for 20001."""
+    """A robot's or operator's authorization is refused. ``bare`` answers with type ``authorize`` instead of
+    ``authorize.res``, as the original does for 20001.
+    """
 
     socket: int
     code: ResultCode

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from mosaic_server.entrance.places import Place, Places
+from mosaic_server.entrance.places import EntrancePlace, Places
 from mosaic_server.entrance.proxies import TrustedProxies, proxy_in
 from mosaic_server.entrance.refusals import OTHERS, PERIOD_S, Refusals
 from mosaic_server.entrance.request_pace import RequestPace
@@ -19,7 +19,7 @@ class Hall:
         self.places = Places(per_address, in_all)
         self.closed: list[str] = []
 
-    def take(self, name: str, address: str | None, *, busy: bool = False) -> Place | None:
+    def take(self, name: str, address: str | None, *, busy: bool = False) -> EntrancePlace | None:
         place = self.places.take(address)
         if place is not None:
             place.is_busy, place.close = busy, lambda: self.closed.append(name)

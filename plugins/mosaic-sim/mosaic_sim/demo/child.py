@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -12,6 +13,11 @@ from mosaic_sim.demo.errors import DemoFailed
 LOG_LINES = 12
 MOST_NEW_BYTES = 64 * 1024
 """Of one look: a program that prints without end fills a terminal, and no memory."""
+
+
+def mosaic_command(*arguments: str) -> list[str]:
+    """The command line of ``mosaic …`` in this Python, whether or not the console script is on the path."""
+    return [sys.executable, "-m", "mosaic_core.cli.main", *arguments]
 
 
 class Child(ChildProcess):

@@ -15,8 +15,8 @@ from typing import Any
 import yaml
 
 from mosaic_core.runtime.configuration.config_env import masked, unmasked
-from mosaic_core.runtime.lan.child_process import mosaic_command
 from mosaic_core.testing.distributions import write_distribution
+from mosaic_sim.demo.child import mosaic_command
 from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.own_plugin import Entry, OwnPlugin

@@ -16,8 +16,7 @@ from typing import Any
 
 import httpx
 
-from mosaic_core.runtime.lan.child_process import mosaic_command
-from mosaic_sim.demo.child import Child
+from mosaic_sim.demo.child import Child, mosaic_command
 from mosaic_sim.demo.errors import DemoFailed
 
 HOST = "127.0.0.1"

@@ -11,8 +11,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from mosaic_core.runtime.lan.child_process import end_all, mosaic_command
-from mosaic_sim.demo.child import Child
+from mosaic_core.runtime.lan.child_process import end_all
+from mosaic_sim.demo.child import Child, mosaic_command
 from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.own_plugin import OwnPlugin
 from mosaic_sim.demo.robot_file import OwnConnector, RobotFile, robot_file

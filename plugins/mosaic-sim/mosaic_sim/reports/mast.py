@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from types import TracebackType
 
 from pydantic import Field
 
@@ -41,9 +40,7 @@ class Mast:
     def __enter__(self) -> Mast:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Nothing is held: it turns only while somebody looks."""
 
     def aim(self, goals: dict[str, float], duration_s: float | None, now_s: float) -> None:

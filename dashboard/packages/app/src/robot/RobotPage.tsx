@@ -23,7 +23,7 @@ import { Shell } from '../shell/Shell'
 import { useTitle } from '../shell/useTitle'
 import { ConnectionBadge } from './ConnectionBadge'
 import { ConnectionNotice } from './ConnectionNotice'
-import { placesOf, type Place } from './layout'
+import { placesOf, type CardPlace } from './layout'
 import { NearNotice } from './NearNotice'
 import { RobotMenu } from './RobotMenu'
 import classes from './robot.module.css'
@@ -123,7 +123,7 @@ function Board({ robotId, entries, views }: BoardProps) {
 
 interface PlacedWidgetProps {
   robotId: string
-  place: Place
+  place: CardPlace
   onChoose: ViewChoicesControl['choose']
 }
 

@@ -4,7 +4,7 @@ import { chooseWidget, widgetsFor, type WidgetDefinition } from '@mosaic/widgets
 import { withPluginWidget } from '../plugins/withPluginWidget'
 import type { ViewChoices } from './viewChoices'
 
-export interface Place {
+export interface CardPlace {
   entry: CatalogueEntry
   widget: WidgetDefinition | null
   alternatives: readonly WidgetDefinition[]
@@ -24,8 +24,8 @@ export function placesOf(
   entries: readonly CatalogueEntry[],
   widgets: readonly WidgetDefinition[],
   choices: ViewChoices,
-): Place[] {
-  const places = entries.map((entry): Place => {
+): CardPlace[] {
+  const places = entries.map((entry): CardPlace => {
     const offered = withPluginWidget(widgets, entry)
     const widget = chooseWidget(offered, entry, choices[entry.label])
     const size = widget?.size ?? NO_WIDGET
@@ -36,7 +36,7 @@ export function placesOf(
   return [...ordered.filter(({ isLeading }) => isLeading), ...ordered.filter(({ isLeading }) => !isLeading)]
 }
 
-function leading(place: Place, index: number): Place {
+function leading(place: CardPlace, index: number): CardPlace {
   if (place.area === 'panel') return place
   if (index === 0) return { ...place, isLeading: true }
   return place.area === 'picture' ? { ...place, ...FURTHER_PICTURE } : place

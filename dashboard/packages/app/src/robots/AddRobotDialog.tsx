@@ -2,7 +2,7 @@ import { Alert, Button, Group, Stack, TextInput } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
 import { useState, type SubmitEvent } from 'react'
 import { type Failure, failureOf } from '@mosaic/widgets'
-import type { RobotCredentials } from './robotYaml'
+import type { RobotCredentials } from '@mosaic/robot'
 import { TokenDialog } from './TokenDialog'
 
 export interface AddRobotDialogProps {

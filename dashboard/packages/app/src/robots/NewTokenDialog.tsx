@@ -2,7 +2,7 @@ import { Alert, Button, Group, Stack, Text } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
 import { useState } from 'react'
 import { type Failure, failureOf } from '@mosaic/widgets'
-import type { RobotCredentials } from './robotYaml'
+import type { RobotCredentials } from '@mosaic/robot'
 import { TokenDialog } from './TokenDialog'
 
 export interface NewTokenDialogProps {

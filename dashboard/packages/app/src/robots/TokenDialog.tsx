@@ -1,7 +1,7 @@
 import { Button, Code, Group, Modal, Stack, Text } from '@mantine/core'
 import { useState, type ReactNode } from 'react'
 import { CopyButton } from '../shell/CopyButton'
-import { robotYaml, type RobotCredentials } from './robotYaml'
+import { robotYaml } from './robotYaml'
 
 export interface TokenDialogProps {
   title: string

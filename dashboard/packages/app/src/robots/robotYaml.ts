@@ -1,8 +1,5 @@
 /** The smallest file that brings a robot of this server online, ready to paste. */
-export interface RobotCredentials {
-  robotId: string
-  token: string
-}
+import type { RobotCredentials } from '@mosaic/robot'
 
 export function robotYaml(origin: string, { robotId, token }: RobotCredentials): string {
   return `version: 1

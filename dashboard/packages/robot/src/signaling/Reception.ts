@@ -4,7 +4,7 @@ import { Admission, type Prepared } from './admission'
 import { BadTicket, identityOf, type Identity, type Verify } from './tickets'
 
 /** An operator whom the robot takes. `candidates` came before the offer, or while its ticket was checked. */
-export interface Arrival {
+export interface Introduction {
   offer: SdpOffer
   identity: Identity
   iceServers: readonly IceServer[]
@@ -16,7 +16,7 @@ export interface ReceptionOptions {
   places: number
   verify: Verify
   now: () => number
-  taken: (arrival: Arrival) => void
+  taken: (introduction: Introduction) => void
   /** Somebody's ticket did not count, and why. */
   refused: (why: string) => void
 }

@@ -12,13 +12,13 @@ export interface StickButton {
   isPressed: boolean
 }
 
-export interface Stick {
+export interface StickState {
   axes: StickAxis[]
   buttons: StickButton[]
 }
 
 /** Null for what tells of no stick. */
-export function stickOf(message: unknown): Stick | null {
+export function stickOf(message: unknown): StickState | null {
   if (!isObject(message)) return null
   const [axes, buttons] = [numbers(message['axes']), numbers(message['buttons'])]
   if (axes === null || buttons === null) return null

@@ -2,12 +2,12 @@
 import { plainText } from '@mosaic/client'
 import { isObject } from '../schema/jsonSchema'
 
-export interface Point {
+export interface MarkPoint {
   x: number
   y: number
 }
 
-export interface BoxMark extends Point {
+export interface BoxMark extends MarkPoint {
   width: number
   height: number
   text: string
@@ -15,12 +15,12 @@ export interface BoxMark extends Point {
 }
 
 export interface LineMark {
-  points: readonly Point[]
+  points: readonly MarkPoint[]
   isClosed: boolean
   colour: string | null
 }
 
-export interface TextMark extends Point {
+export interface TextMark extends MarkPoint {
   text: string
   colour: string | null
 }
@@ -79,7 +79,7 @@ function textOf(item: Record<string, unknown>): TextMark | null {
   return point === null || typeof text !== 'string' ? null : { ...point, text: plainText(text), colour: colourOf(item) }
 }
 
-function pointOf({ x, y }: Record<string, unknown>): Point | null {
+function pointOf({ x, y }: Record<string, unknown>): MarkPoint | null {
   return isNumber(x) && isNumber(y) ? { x, y } : null
 }
 

@@ -1,6 +1,6 @@
 /** Draws marks over a picture. */
 import type { Surface } from '../paint/CanvasPainter'
-import type { Marks, Placement, Point } from './marks'
+import type { Marks, Placement, MarkPoint } from './marks'
 
 /** On any picture: bright, with dark beside it. */
 const COLOUR = '#ffd84d'
@@ -8,7 +8,7 @@ const SHADE = 'rgb(5 7 10 / 75%)'
 const FONT_PX = 12
 
 export function paintMarks({ context }: Pick<Surface, 'context'>, marks: Marks, { scale, left, top }: Placement): void {
-  const at = ({ x, y }: Point): [number, number] => [left + x * scale, top + y * scale]
+  const at = ({ x, y }: MarkPoint): [number, number] => [left + x * scale, top + y * scale]
   const stroke = (colour: string | null, draw: () => void) => {
     context.lineJoin = 'round'
     for (const [width, style] of [[4, SHADE], [2, colour ?? COLOUR]] as const) {

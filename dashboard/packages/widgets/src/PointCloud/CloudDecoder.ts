@@ -1,7 +1,7 @@
 /** Decodes clouds one after the other, large ones in a worker; while it is busy only the newest of the others waits. */
 import { announcedPoints, decodeCloud, type PointCloud } from '../clouds/compactCloud'
 
-export type Decoded = { id: number; cloud: PointCloud } | { id: number; problem: string }
+export type DecodedCloud = { id: number; cloud: PointCloud } | { id: number; problem: string }
 
 /** What of a `Worker` is needed; `onerror` also tells of one that a strict policy forbids. */
 export type DecoderWorker = Pick<Worker, 'postMessage' | 'onmessage' | 'onerror' | 'terminate'>
@@ -52,7 +52,7 @@ export class CloudDecoder<Tag> {
     if (this.worker !== undefined) return this.worker
     try {
       this.worker = this.makeWorker()
-      this.worker.onmessage = (event: MessageEvent<Decoded>) => this.finish(event.data)
+      this.worker.onmessage = (event: MessageEvent<DecodedCloud>) => this.finish(event.data)
       this.worker.onerror = () => this.withoutWorker()
     } catch {
       this.worker = null
@@ -66,7 +66,7 @@ export class CloudDecoder<Tag> {
     if (this.current !== null) this.decodeHere(this.current.id, this.current.data)
   }
 
-  private finish(decoded: Decoded): void {
+  private finish(decoded: DecodedCloud): void {
     const { current } = this
     if (this.isDisposed || current === null || decoded.id !== current.id) return
     this.current = null

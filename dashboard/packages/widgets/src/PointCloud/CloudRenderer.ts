@@ -1,6 +1,6 @@
 /** Draws one cloud, a grid on the ground and the axes of its frame, with WebGL 2. Knows nothing of pages and pointers. */
 import { viewProjection, type Camera } from './camera'
-import type { Range } from './cloudExtent'
+import type { Extremes } from './cloudExtent'
 import type { PointCloud } from '../clouds/compactCloud'
 import { gridLines } from './gridLines'
 import { LINE_FRAGMENT, LINE_VERTEX, POINT_FRAGMENT, POINT_VERTEX } from './shaders'
@@ -10,7 +10,7 @@ export type ColourMode = (typeof COLOUR_MODES)[number]
 
 export interface Style {
   mode: ColourMode
-  span: Range
+  span: Extremes
   /** In pixels of the canvas. */
   pointSize: number
   /** Red, green, blue of the grid, 0 to 1. */

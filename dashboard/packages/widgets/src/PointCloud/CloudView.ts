@@ -2,7 +2,7 @@
 import { coloursOf } from '../paint/CanvasPainter'
 import { fitted, START, type Camera } from './camera'
 import { CameraControls } from './CameraControls'
-import { extentOf, followed, type Extent, type Range } from './cloudExtent'
+import { extentOf, followed, type Extent, type Extremes } from './cloudExtent'
 import { CloudRenderer, type ColourMode } from './CloudRenderer'
 import type { PointCloud } from '../clouds/compactCloud'
 import { rgbOf } from './rgbOf'
@@ -29,8 +29,8 @@ export class CloudView {
   private camera: Camera = START
   private cloud: PointCloud | null = null
   private extent: Extent | null = null
-  private height: Range | null = null
-  private distance: Range | null = null
+  private height: Extremes | null = null
+  private distance: Extremes | null = null
   private mode: ColourMode = 'height'
   private pointSize = 2
   private frame = 0
@@ -143,7 +143,7 @@ export class CloudView {
     })
   }
 
-  private span(): Range {
+  private span(): Extremes {
     if (this.mode === 'height') return this.height ?? [0, 1]
     if (this.mode === 'distance') return this.distance ?? [0, 1]
     return [0, 1]

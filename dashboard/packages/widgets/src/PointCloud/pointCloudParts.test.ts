@@ -1,6 +1,6 @@
 import { afterEach, expect, test, vi } from 'vitest'
 import { START } from './camera'
-import { CloudDecoder, type Decoded, type DecoderWorker } from './CloudDecoder'
+import { CloudDecoder, type DecodedCloud, type DecoderWorker } from './CloudDecoder'
 import { extentOf, followed } from './cloudExtent'
 import { factsText, Rate } from './cloudText'
 import type { PointCloud } from '../clouds/compactCloud'
@@ -82,7 +82,7 @@ class FakeWorker implements DecoderWorker {
   terminate(): void {
     this.isTerminated = true
   }
-  answer(decoded: Decoded): void {
+  answer(decoded: DecodedCloud): void {
     this.onmessage?.call(this as unknown as Worker, { data: decoded } as MessageEvent)
   }
 }

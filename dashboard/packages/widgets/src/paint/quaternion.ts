@@ -1,11 +1,7 @@
 /** Attitude from quaternions, intrinsic z-y-x (yaw, pitch, roll) as REP-103 has it; radians. */
+import type { messages } from '@mosaic/protocol'
 
-export interface Quaternion {
-  x: number
-  y: number
-  z: number
-  w: number
-}
+type Quaternion = messages.Quaternion
 
 export interface Attitude {
   rollRad: number

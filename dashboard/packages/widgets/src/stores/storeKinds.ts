@@ -13,14 +13,14 @@ import type {
   Talker,
 } from '@mosaic/client'
 
-export interface Received {
+export interface ReceivedMessage {
   data: ArrayBuffer
   info: MessageInfo
 }
 
 export interface Receives {
   subscribe(listener: (data: ArrayBuffer, info?: MessageInfo) => void): () => void
-  readonly latest: Received | null
+  readonly latest: ReceivedMessage | null
 }
 
 export interface Sends {

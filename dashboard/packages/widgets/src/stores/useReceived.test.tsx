@@ -1,13 +1,13 @@
 import { act, cleanup, render, screen } from '@testing-library/react'
 import { afterEach, expect, test } from 'vitest'
-import type { AnyStore, Received } from './storeKinds'
+import type { AnyStore, ReceivedMessage } from './storeKinds'
 import { useLatestJson } from './useReceived'
 
 afterEach(cleanup)
 
 /** A store that a test fills. */
 class FilledStore {
-  latest: Received | null = null
+  latest: ReceivedMessage | null = null
   private listener: (data: ArrayBuffer) => void = () => {}
 
   subscribe(listener: (data: ArrayBuffer) => void): () => void {
@@ -17,7 +17,7 @@ class FilledStore {
 
   fill(text: string): void {
     const data = new TextEncoder().encode(text).buffer
-    this.latest = { data, info: { receivedAtMs: 0, ageMs: null } as Received['info'] }
+    this.latest = { data, info: { receivedAtMs: 0, ageMs: null } as ReceivedMessage['info'] }
     this.listener(data)
   }
 }

@@ -2,7 +2,7 @@
 import type { MessageInfo } from '@mosaic/client'
 import { useEffect, useEffectEvent, useState } from 'react'
 import { jsonOf } from './decode'
-import { receives, type AnyStore, type Received } from './storeKinds'
+import { receives, type AnyStore, type ReceivedMessage } from './storeKinds'
 
 /** Calls `listener` for every message; rendering is not involved. */
 export function useEveryMessage(store: AnyStore, listener: (data: ArrayBuffer, info?: MessageInfo) => void): void {
@@ -19,8 +19,8 @@ export function useEveryJson(store: AnyStore, listener: (value: unknown, info?: 
 }
 
 /** The last message, rendered at most every `periodMs`: people read no faster. */
-export function useLatest(store: AnyStore, periodMs = 150): Received | null {
-  const [shown, setShown] = useState<Received | null>(null)
+export function useLatest(store: AnyStore, periodMs = 150): ReceivedMessage | null {
+  const [shown, setShown] = useState<ReceivedMessage | null>(null)
   useEffect(() => {
     if (!receives(store)) return undefined
     const show = throttled(() => setShown(store.latest), periodMs)

@@ -59,7 +59,7 @@ class DdsBus:
 
     def _configure(self) -> None:
         text = configuration(*self._network, os.environ)
-        if text is None or self.domain in _domains:
+        if self.domain in _domains:
             return
         try:
             _domains[self.domain] = Domain(self.domain, text)
@@ -68,7 +68,7 @@ class DdsBus:
                 _log.warning("%s: another part of this program has configured this domain already", self.where)
                 return
             alone = configuration(*self._network, {**os.environ, "CYCLONEDDS_URI": ""})
-            if alone is None or alone == text:
+            if alone in (text, configuration("", (), {})):
                 raise
             # Cyclone takes no interface twice, and CYCLONEDDS_URI may name one too.
             _domains[self.domain] = Domain(self.domain, alone)

@@ -9,7 +9,7 @@ from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, B
 from cyclonedds.core import InstanceState
 from cyclonedds.domain import DomainParticipant
 
-from mosaic_ros2.bus.bus import HeardEndpoint, Role
+from mosaic_ros2.bus.bus import EndpointRole, HeardEndpoint
 from mosaic_ros2.bus.dds.policies import profile_of
 from mosaic_ros2.bus.ros_names import read_dds_topic
 from mosaic_ros2.definitions.definition import DefinitionError, full_name
@@ -17,7 +17,7 @@ from mosaic_ros2.definitions.definition import DefinitionError, full_name
 MAX_ENDPOINTS = 4096
 FAST_DDS = b"\x01\x0f"
 """eProsima's vendor id, with which its endpoints' keys begin (DDSI-RTPS 8.2.4.1)."""
-_ROLES: dict[tuple[str, bool], Role] = {
+_ROLES: dict[tuple[str, bool], EndpointRole] = {
     ("topic", True): "publisher", ("topic", False): "subscription",
     ("request", True): "client", ("request", False): "server",
 }  # fmt: skip

@@ -15,7 +15,15 @@ from cyclonedds.idl import IdlStruct, make_idl_struct
 from cyclonedds.idl import types as idl_types
 from cyclonedds.idl.annotations import final
 
-from mosaic_ros2.definitions.definition import Definition, DefinitionError, Field, FieldType, Shape, dds_name, full_name
+from mosaic_ros2.definitions.definition import (
+    Definition,
+    DefinitionError,
+    Field,
+    FieldShape,
+    FieldType,
+    dds_name,
+    full_name,
+)
 from mosaic_ros2.definitions.type_book import TypeBook
 
 types: Any = idl_types
@@ -132,7 +140,7 @@ def definitions_of(struct: Any) -> list[Definition]:
 
 def _field_type(hint: Any, read: Any) -> FieldType:
     inner = get_args(hint)[1] if get_origin(hint) is not None and len(get_args(hint)) > 1 else hint
-    shapes: tuple[tuple[Any, Shape], ...] = ((types.array, "array"), (types.sequence, "sequence"))
+    shapes: tuple[tuple[Any, FieldShape], ...] = ((types.array, "array"), (types.sequence, "sequence"))
     for holder, shape in shapes:
         if isinstance(inner, holder):
             one = _field_type(inner.subtype, read)

@@ -10,14 +10,14 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from mosaic_ros2.bus.bus import HeardEndpoint, Role
+from mosaic_ros2.bus.bus import EndpointRole, HeardEndpoint
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.definitions.definition import DefinitionError, dds_name, full_name
 
 ADMIN_SPACE = "@ros2_lv"
 NODE_NAME = "mosaic"
 ANY_HASH = "*"
-_KINDS: dict[str, Role] = {"MP": "publisher", "MS": "subscription", "SS": "server", "SC": "client"}
+_KINDS: dict[str, EndpointRole] = {"MP": "publisher", "MS": "subscription", "SS": "server", "SC": "client"}
 _OF_ROLE = {role: kind for kind, role in _KINDS.items()}
 _PARTS = 13
 _USUAL_DEPTH = 42

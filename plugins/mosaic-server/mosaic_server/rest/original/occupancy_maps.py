@@ -54,7 +54,9 @@ _NAME: TypeAdapter[str] = TypeAdapter(Annotated[str, Field(min_length=1, max_len
 
 
 class OccupancyMapDto(WireModel):
-    """``pgmFilePath`` and ``yamlFilePath`` are the files' names; there is no path."""
+    """An occupancy map, as original dashboards read it. ``pgmFilePath`` and ``yamlFilePath`` are the files' names;
+    there is no path.
+    """
 
     id: str
     name: str

@@ -27,13 +27,13 @@ class ListedTab(WireModel):
 
 
 class TabDto(ListedTab):
-    """``widgets``: the JSON text that was stored as ``tabConfig``."""
+    """A tab of an original dashboard. ``widgets``: the JSON text that was stored as ``tabConfig``."""
 
     widgets: str
 
 
 class TabConfig(WireModel):
-    """``{"widgets": […]}`` as a JSON text."""
+    """The widgets of an original dashboard's tab: ``{"widgets": […]}`` as a JSON text."""
 
     tab_config: str = Field(max_length=500_000, pattern=NO_NUL)
 

@@ -70,7 +70,7 @@ class SlowedTo:
     """0: nothing may move, 1: as fast as it was commanded."""
 
 
-Step: TypeAlias = (
+FeedStep: TypeAlias = (
     "Silence | Leaves | From | Stopped | Cleared | LosesLease | SlowedTo | BaseModel | dict[str, Any] | list[Any] | str"
     " | bytes"
 )
@@ -78,7 +78,7 @@ Step: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class MadeSafe:
-    """``make_safe`` ran."""
+    """A safe action that the receiver ran."""
 
     at_s: float
     """Seconds since the script began."""

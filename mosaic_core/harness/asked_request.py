@@ -13,12 +13,12 @@ from mosaic_core.contract.declared.declared_answer import DeclaredAnswer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.request_handler import Request, RequestHandler, answer_type_of
+from mosaic_core.harness.fake_hosts import FakeClock, fake_host
+from mosaic_core.harness.fake_loop import run_on
+from mosaic_core.harness.feed_steps import OPERATOR, RefusedMessage
+from mosaic_core.harness.feeding import Feeder
+from mosaic_core.harness.right_kind import check_has
 from mosaic_core.runtime.handlers.request_bodies import sent_answer
-from mosaic_core.testing.fake_hosts import FakeClock, fake_host
-from mosaic_core.testing.fake_loop import run_on
-from mosaic_core.testing.feed_steps import OPERATOR, RefusedMessage
-from mosaic_core.testing.feeding import Feeder
-from mosaic_core.testing.right_kind import check_has
 from mosaic_core.words.codes import reason
 
 

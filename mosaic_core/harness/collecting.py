@@ -20,9 +20,9 @@ from mosaic_core.contract.handler import (
 )
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
-from mosaic_core.testing.fake_hosts import FakeHost, fake_host
-from mosaic_core.testing.fake_loop import run_on
-from mosaic_core.testing.right_kind import check_has
+from mosaic_core.harness.fake_hosts import FakeHost, fake_host
+from mosaic_core.harness.fake_loop import run_on
+from mosaic_core.harness.right_kind import check_has
 
 T = TypeVar("T")
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
 from typing import Any, TypeVar
 
-from mosaic_core.testing.fake_hosts import FakeClock
+from mosaic_core.harness.fake_hosts import FakeClock
 
 T = TypeVar("T")
 

@@ -14,6 +14,23 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.harness.fake_hosts import FakeHost, fake_host
+from mosaic_core.harness.fake_loop import run_on
+from mosaic_core.harness.feed_steps import (
+    OPERATOR,
+    Cleared,
+    Fed,
+    FeedStep,
+    From,
+    Leaves,
+    LosesLease,
+    MadeSafe,
+    RefusedMessage,
+    Silence,
+    SlowedTo,
+    Stopped,
+)
+from mosaic_core.harness.right_kind import check_has, check_script
 from mosaic_core.machines.commands.admission import (
     ArrivedCommand,
     CommandChannel,
@@ -29,28 +46,11 @@ from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
-from mosaic_core.testing.fake_hosts import FakeHost, fake_host
-from mosaic_core.testing.fake_loop import run_on
-from mosaic_core.testing.feed_steps import (
-    OPERATOR,
-    Cleared,
-    Fed,
-    From,
-    Leaves,
-    LosesLease,
-    MadeSafe,
-    RefusedMessage,
-    Silence,
-    SlowedTo,
-    Step,
-    Stopped,
-)
-from mosaic_core.testing.right_kind import check_has, check_script
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.safety_config import SafePolicy
 
 
-def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
+def feed(handler: DataChannelReceivable[Any], script: Iterable[FeedStep]) -> Fed:
     """Play ``script`` on the fake clock and say what happened.
 
     ``dict``, ``list`` and models are sent as JSON; ``str`` and ``bytes`` exactly as they are, so that broken JSON can
@@ -74,7 +74,7 @@ def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
     return feeder.fed
 
 
-async def _play_async(feeder: Feeder, script: Iterable[Step]) -> None:
+async def _play_async(feeder: Feeder, script: Iterable[FeedStep]) -> None:
     for step in script:
         playing = feeder.steps(step)
         for waiting in playing:
@@ -128,7 +128,7 @@ class Feeder:
             if value is not None and not self._is_handling:
                 self._handler.handle_data(*((value, self._last_sender) if self._takes_sender else (value,)))
 
-    def steps(self, step: Step) -> Generator[Any, None, None]:
+    def steps(self, step: FeedStep) -> Generator[Any, None, None]:
         """Play one step; yields what ``async def handle_data`` returned, to be awaited."""
         match step:
             case Silence(seconds):

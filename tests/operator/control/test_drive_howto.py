@@ -12,7 +12,7 @@ import pytest
 from mosaic_cmdvel.cmd_vel import CmdVelConfigurer
 from mosaic_core.testing import connector, joined
 
-PAGE = Path(__file__).parents[2] / "docs/howto/drive-from-python.md"
+PAGE = Path(__file__).parents[3] / "docs/howto/drive-from-python.md"
 
 
 def names_of_the_page() -> dict[str, Any]:

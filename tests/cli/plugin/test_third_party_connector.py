@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "examples" / "third-party-connector"
 ENVIRONMENT = {"MOSAIC_ROBOT_ID": "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "MOSAIC_TOKEN": "none"}
 STEP_S = 120.0

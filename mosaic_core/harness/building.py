@@ -7,31 +7,31 @@ from typing import Any, Protocol, TypeVar, cast
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
+from mosaic_core.harness.right_kind import check_configurer
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
-from mosaic_core.testing.fake_hosts import FakeClock, FakeHost
-from mosaic_core.testing.right_kind import check_configurer
 from mosaic_core.words.errors import ConfigError
 
-Made = TypeVar("Made", covariant=True)
+MadeHandler = TypeVar("MadeHandler", covariant=True)
 
 
-class Makes(Protocol[Made]):
+class Makes(Protocol[MadeHandler]):
     """A configurer whose ``configure`` says what it returns, so that ``build`` can say it too."""
 
-    def configure(self) -> Made: ...
+    def configure(self) -> MadeHandler: ...
 
 
 def build(
-    configurer: type[Makes[Made]],
+    configurer: type[Makes[MadeHandler]],
     *,
     label: str = "under_test",
     params: Mapping[str, Any] | None = None,
     safety: Mapping[str, Any] | None = None,
     shared: Shared | None = None,
     clock: FakeClock | None = None,
-) -> Made:
+) -> MadeHandler:
     """What ``configure()`` of this configurer returns, bound to a :class:`FakeHost` on ``clock``.
 
     ``params`` and ``safety`` are written as in the YAML file. Raises :class:`ConfigError` with every mistake, as
@@ -52,4 +52,4 @@ def build(
         if isinstance(handler, DataChannelReceivable):
             host.safety = ReceiverSafety.of(valid_safety, handler)
         handler.bind(host)
-    return cast("Made", made)
+    return cast("MadeHandler", made)
