@@ -21,13 +21,14 @@ from typing import TextIO
 
 from collected import Collected, tried, with_collected
 from equivalents import Equivalents
+from mutant_results import SAMPLE, digest, note
 from mutation import ROOT, Mutant, Name, mutants_of
 from new_code import changes_functions, functions_of, swapped
 from trial import Limits, Trial, forked, limits_after, module_name, preload
 
 HERE = Path(__file__).parent
 ALIVE = HERE / ".alive.json"
-ELSEWHERE = "elsewhere"
+ELSEWHERE = SAMPLE
 ENOUGH = 0.85
 """The share of a random sample elsewhere that tests must notice."""
 
@@ -58,9 +59,13 @@ def main(words: list[str]) -> int:
             print(f"{module}: {len(mutants)}", *map(_shown, mutants), sep="\n")
         return 0
     equivalents = Equivalents.read(HERE / "equivalent.toml")
-    found = [_judged(module, tests_of[module], mutants, equivalents) for module, mutants in chosen.items()]
     is_whole = not (options.sample or options.again)
+    guarded = {module for part in settings["parts"].values() for module in part} if is_whole else set()
+    digests = {module: digest((ROOT / module).read_text()) for module in chosen if module in guarded}
+    found = [_judged(module, tests_of[module], mutants, equivalents, digests) for module, mutants in chosen.items()]
     _remember(found)
+    if parts == [ELSEWHERE] and options.sample and not options.module:
+        note(SAMPLE, **_numbers(found), seed=options.seed)
     stale = equivalents.stale(one.module for one in found) if is_whole else []
     return _report(found, stale, enough=ENOUGH if options.sample else 1.0)
 
@@ -89,7 +94,10 @@ def _chosen(mutants: MutantsByModule, options: argparse.Namespace) -> MutantsByM
     return {module: of_module for module, of_module in chosen.items() if of_module}
 
 
-def _judged(module: str, tests: list[str], mutants: list[Mutant], equivalents: Equivalents) -> Found:
+def _judged(
+    module: str, tests: list[str], mutants: list[Mutant], equivalents: Equivalents, digests: Mapping[str, str]
+) -> Found:
+    """Its result is written at once where it has a digest: a run that is cut short leaves what it has found."""
     print(f"\n{module}: {len(mutants)} mutants", flush=True)
     found, start_s = Found(module), time.monotonic()
     for place, (mutant, trial) in enumerate(_trials(module, tests, mutants)):
@@ -103,6 +111,8 @@ def _judged(module: str, tests: list[str], mutants: list[Mutant], equivalents: E
         elif sys.stdout.isatty():
             print(f"  {place + 1}/{len(mutants)}", end="\r", flush=True)
     print(f"  {dict(found.counts)} in {time.monotonic() - start_s:.0f} s", flush=True)
+    if module in digests:
+        note(module, **_numbers([found]), digest=digests[module])
     return found
 
 
@@ -185,15 +195,23 @@ def _remember(found: list[Found]) -> None:
     ALIVE.write_text(json.dumps(_remembered() | alive, indent=1))
 
 
+def _numbers(found: list[Found]) -> dict[str, int]:
+    """In the order of the columns."""
+    total = sum(one.counts.total() for one in found)
+    equivalent = sum(one.counts["equivalent"] for one in found)
+    alive = sum(len(one.alive) for one in found)
+    return {"mutants": total, "killed": total - equivalent - alive, "equivalent": equivalent, "alive": alive}
+
+
 def _report(found: list[Found], stale: list[str], *, enough: float) -> int:
     width = max((len(one.module) for one in found), default=6)
     print(f"\n{'module':{width}}  mutants  killed  equivalent  alive")
     for one in found:
-        total, equivalent, alive = one.counts.total(), one.counts["equivalent"], len(one.alive)
-        print(f"{one.module:{width}}  {total:7}  {total - equivalent - alive:6}  {equivalent:10}  {alive:5}")
-    everything = sum((one.counts for one in found), Counter[str]())
-    real = everything.total() - everything["equivalent"]
-    share = 1 - sum(len(one.alive) for one in found) / real if real else 1.0
+        numbers = _numbers([one])
+        print(f"{one.module:{width}}", *(f"{count:{len(word)}}" for word, count in numbers.items()), sep="  ")
+    everything = _numbers(found)
+    real = everything["mutants"] - everything["equivalent"]
+    share = everything["killed"] / real if real else 1.0
     print(f"\n{share:.0%} of {real} mutants are noticed; {everything['equivalent']} more cannot be", *stale, sep="\n")
     return 0 if share >= enough and not stale else 1
 
