@@ -11,13 +11,13 @@ from mosaic_core.contract.host import HandlerHost
 from mosaic_core.words.errors import MosaicError
 
 
-def refuse_in_async(frame: FrameType) -> None:
-    """Raise :class:`MosaicError` (``plugin.blocks_loop``) if ``frame`` is one of an ``async def``."""
+def refuse_in_async(frame: FrameType, waits: str, instead: str) -> None:
+    """Raise :class:`MosaicError` (``plugin.blocks_loop``) if ``frame``, which ``waits``, is one of an ``async def``."""
     code = frame.f_code
     if code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
         place = f"{code.co_filename}:{frame.f_lineno} in {code.co_qualname}"
-        message = f"A `for` over every(…) in an `async def` would stop the whole robot: {place}."
-        cure = f"Write `async for` in line {frame.f_lineno}, or make {code.co_name} a `def`, which has its own thread."
+        message = f"{waits} in an `async def` would stop the whole robot: {place}."
+        cure = f"Write `{instead}` in line {frame.f_lineno}, or make {code.co_name} a `def`, which has its own thread."
         raise MosaicError(f"{message} {cure}", code="plugin.blocks_loop", cure=cure)
 
 
@@ -36,7 +36,7 @@ class Every:
 
     def __iter__(self) -> Iterator[int]:
         """Raises :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``, whose thread is all robot's."""
-        refuse_in_async(sys._getframe(1))
+        refuse_in_async(sys._getframe(1), "A `for` over every(…)", "async for")
         return self._ticks()
 
     def _ticks(self) -> Iterator[int]:

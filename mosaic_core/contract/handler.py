@@ -6,6 +6,7 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 
 from __future__ import annotations
 
+import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
@@ -33,7 +34,7 @@ from mosaic_core.contract.declared.class_values import (
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.contract.declared.sent_sound import check_sound
-from mosaic_core.contract.every import Every
+from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
@@ -94,7 +95,9 @@ class Handler:
         return Every(self._host, period_s)
 
     def pause(self, seconds: float) -> bool:
-        """Wait on this handler's own thread; ``True`` when the handler shall stop. Stop wakes it at once."""
+        """Wait on this handler's own thread; ``True`` when the handler shall stop. Stop wakes it at once. Raises
+        :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``."""
+        refuse_in_async(sys._getframe(1), "self.pause(…)", "await asyncio.sleep(…)")
         return self._host.wait(seconds)
 
     @property

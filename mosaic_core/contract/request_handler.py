@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
@@ -16,6 +17,7 @@ from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
 from pydantic import BaseModel, TypeAdapter
 
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+from mosaic_core.contract.every import refuse_in_async
 from mosaic_core.contract.handler import DataChannelBidirectional, message_type_of
 from mosaic_core.contract.host import Sender
 from mosaic_core.words.data_type import Delivery
@@ -53,7 +55,11 @@ class Request:
 
     def pause(self, seconds: float) -> bool:
         """Wait on a thread of the handler's own; ``True`` when the request is cancelled, which ends the wait at
-        once."""
+        once. Raises :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``."""
+        refuse_in_async(sys._getframe(1), "request.pause(…)", "await asyncio.sleep(…)")
+        return self._wait(seconds)
+
+    def _wait(self, seconds: float) -> bool:
         return self._cancelled.wait(seconds)
 
     def cancel(self) -> None:

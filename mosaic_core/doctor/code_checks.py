@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 from mosaic_core.doctor.config_checks import ConfigRead
-from mosaic_core.words.finding import Finding, passed, warned
+from mosaic_core.words.finding import Finding, passed, skipped, warned
 
 MAX_FILES = 200
 """Of one package."""
@@ -18,7 +18,7 @@ MAX_FILES = 200
 
 def blocking_lines(source: str) -> Iterator[tuple[int, str]]:
     """``(line, what)`` of what would block in an ``async def``: a plain ``for`` over ``every``, ``time.sleep``,
-    ``self.pause``. Raises :class:`SyntaxError`."""
+    ``self.pause``, ``request.pause``. Raises :class:`SyntaxError`."""
     for function in ast.walk(ast.parse(source)):
         if isinstance(function, ast.AsyncFunctionDef):
             yield from _blocking(function)
@@ -35,8 +35,8 @@ def _blocking(function: ast.AsyncFunctionDef) -> Iterator[tuple[int, str]]:
                 yield node.lineno, "for … in every(…)"
             case ast.Call(func=ast.Attribute(value=ast.Name(id="time"), attr="sleep")):
                 yield node.lineno, "time.sleep(…)"
-            case ast.Call(func=ast.Attribute(value=ast.Name(id="self"), attr="pause")):
-                yield node.lineno, "self.pause(…)"
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="self" | "request" as whose), attr="pause")):
+                yield node.lineno, f"{whose}.pause(…)"
             case _:
                 pass
         waiting += ast.iter_child_nodes(node)
@@ -44,6 +44,8 @@ def _blocking(function: ast.AsyncFunctionDef) -> Iterator[tuple[int, str]]:
 
 async def code_checks(read: ConfigRead) -> AsyncIterator[Finding]:
     """The source of every package that the connectors of the file come from."""
+    if not read.connectors:
+        yield skipped("code.connectors", "No connector of the file could be read, so no code is looked at.")
     packages = {one.configurer.__module__.partition(".")[0] for one in read.connectors} - {"mosaic_core"}
     for package in sorted(packages):
         found = await asyncio.to_thread(_found_in, package)

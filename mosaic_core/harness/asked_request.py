@@ -93,7 +93,7 @@ class _Asked(Request):
     def ring(self, now_s: float) -> None:
         self.cancel()
 
-    def pause(self, seconds: float) -> bool:
+    def _wait(self, seconds: float) -> bool:
         if not self.is_cancelled:
             self._clock.advance(min(seconds, self._ends_at_s - self._clock.now_s))
         return self.is_cancelled

@@ -9,9 +9,13 @@ from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
 from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
 from mosaic_core.harness.right_kind import check_configurer
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.configuration.resolver import uninstalled
+from mosaic_core.runtime.configuration.safety_problems import safety_problems
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
+from mosaic_core.words.config import ConnectorConfig
 from mosaic_core.words.errors import ConfigError
 
 MadeHandler = TypeVar("MadeHandler", covariant=True)
@@ -46,6 +50,12 @@ def build(
         raise ConfigError([*problems, *more])
     made = model(label, valid_params, safety=valid_safety, shared=shared).configure()
     handlers: Sequence[Handler] = made if isinstance(made, Sequence) else [made]
+    if safety:
+        raw = ConnectorConfig(type=model.connector_type or "under-test", label=label, safety=dict(safety))
+        installed = uninstalled(model, raw.type)
+        checked = CheckedConnector(raw, model, valid_params, valid_safety, installed, (), document)
+        if wrong := [*safety_problems(checked, tuple(handlers))]:
+            raise ConfigError(wrong)
     clock = clock or FakeClock()
     for handler in handlers:
         host = FakeHost(clock)

@@ -12,7 +12,6 @@ import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
 from typing import Any
 
 import pluggy
@@ -28,7 +27,7 @@ from mosaic_core.runtime.configuration.checked_config import CheckedConfig, Chec
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups
-from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, InstalledConnector
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver, uninstalled
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.config import AuthConfig, ConnectorConfig, ControlConfig, RobotConfig, ServerConfig
@@ -188,8 +187,7 @@ def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any]
         safety, others = validated(entry.configurer.safety_model, raw.safety or {}, document, (*place, "safety"))
         problems += [*more, *others]
         if params is not None and safety is not None:
-            origin = f"{entry.configurer.__module__}:{entry.configurer.__qualname__}"
-            installed = InstalledConnector(raw.type, origin, "", EntryPoint(raw.type, origin, GROUP))
+            installed = uninstalled(entry.configurer, raw.type)
             checked.append(CheckedConnector(raw, entry.configurer, params, safety, installed, place, document))
     if problems:
         raise ConfigError(problems)

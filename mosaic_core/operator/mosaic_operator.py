@@ -164,7 +164,11 @@ class MosaicOperator:
         return await self.rest.robots()
 
     def watch(self, robot_ids: Sequence[str]) -> None:
-        """Hear of the status and catalogue of these robots too, also after a reconnection."""
+        """Hear of the status and catalogue of these robots too, also after a reconnection. Raises :class:`TypeError`
+        for what is no id."""
+        for one in robot_ids:
+            if not isinstance(one, str):
+                raise TypeError(f"a robot is named by its id, such as robot.id, not by {one!r}")
         self._watched.update(robot_ids)
         self._start()
         self._signaling.subscribe(sorted(self._watched))
@@ -200,15 +204,14 @@ class MosaicOperator:
         asked for later needs another connection: ``may_break`` allows that. Nothing else flows for about half a second
         then, and drives that are known are sent zeros before.
         """
+        self.watch([robot_id])
         previous = self._connections.pop(robot_id, None)
         if previous is not None:
             await previous.close()
-        self._start()
         loop = asyncio.get_running_loop()
         ends_at_s = loop.time() + timeout_s
         self.timelines[robot_id] = ConnectionTimeline(time.monotonic())
         await self._signaling.wait_ready(timeout_s)
-        self.watch([robot_id])
         plan = await self._plan(robot_id, connectors, described)
         connection = RobotConnection(
             plan, self.stores, self._make_offerer or self._aiortc_offerer(), self._signaling.send

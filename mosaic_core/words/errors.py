@@ -14,11 +14,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 from mosaic_core.words.codes import reason
+
+_CODE = re.compile(r"[\w-]+(\.[\w-]+)+")
+"""``control.busy``, ``acme-arm.in_the_way``."""
 
 
 def hint_at(name: str, known: Iterable[str]) -> str:
@@ -135,9 +139,12 @@ class WireError(MosaicError):
 
 
 class Refused(Exception):
-    """The refusal of one message, raised by ``handle_data``; ``code`` and text reach the sender."""
+    """The refusal of one message, raised by ``handle_data``; ``code``, such as ``arm.in_the_way``, and text reach the
+    sender. Raises :class:`ValueError` for a code that is a sentence."""
 
     def __init__(self, code: str, message: str = "") -> None:
+        if not _CODE.fullmatch(code):
+            raise ValueError(f"Refused takes a code and then a text: Refused('acme.why', {code!r})")
         super().__init__(message or code)
         self.code = code
         self.message = message

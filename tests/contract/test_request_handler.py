@@ -46,6 +46,14 @@ def test_a_cancelled_request_tells_nothing_more_and_waits_no_longer() -> None:
     assert (told, request.is_cancelled, request.pause(10.0)) == ([], True, True)
 
 
+async def test_a_pause_in_an_async_body_is_refused_with_its_line() -> None:
+    with pytest.raises(
+        MosaicError, match=r"request\.pause\(…\) in an `async def` .*test_request_handler\.py"
+    ) as refused:
+        Request().pause(0.0)
+    assert refused.value.cure.startswith("Write `await asyncio.sleep(…)`")
+
+
 def test_progress_that_is_no_json_is_told_to_its_author() -> None:
     with pytest.raises(ValueError, match="JSON"):
         Request().progress(float("nan"))

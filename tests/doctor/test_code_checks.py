@@ -59,3 +59,8 @@ async def test_a_plugin_is_named_with_file_and_line_and_a_good_one_passes(
         *[("code.acme_slow", "plugin.blocks_loop")] * 3,
     ]
     assert f"{folder / 'acme_slow.py'}:7" in findings[1].sentence
+
+
+async def test_a_file_without_a_connector_that_can_be_read_is_told() -> None:
+    [finding] = [finding async for finding in code_checks(read_of())]
+    assert (finding.check, finding.status) == ("code.connectors", "skipped")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from typing import ClassVar
 
 import pytest
 
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Message, NoParams
 from mosaic_core.testing import Cleared, Silence, SlowedTo, Stopped, build, connector, feed, joined, until
+from mosaic_core.words.errors import ConfigError
 
 RATE = {"angle_deg": {"min": 5, "max": 90, "max_rate_per_s": 90}}
 
@@ -49,6 +51,19 @@ class ArmConfigurer(DataChannelConfigurer[NoParams]):
 
     def configure(self) -> Arm:
         return Arm(self.label)
+
+
+@pytest.mark.parametrize(
+    ("safety", "told"),
+    [
+        ({"limits": {"angle_dg": {"max": 1}}}, "did you mean 'angle_deg'?"),
+        ({"limits": {"angle_deg": {"min": 3, "max": 1}}}, "min 3 is above max 1"),
+        ({"on_timeout": "zero"}, "0 is no standstill"),
+    ],
+)
+def test_safety_that_validate_would_refuse_is_refused_where_a_test_builds(safety: dict[str, object], told: str) -> None:
+    with pytest.raises(ConfigError, match=re.escape(told)):
+        build(ArmConfigurer, safety=safety)
 
 
 def arm(**safety: object) -> Arm:

@@ -55,6 +55,14 @@ async def test_connecting_learns_the_catalogue_and_opens_stores_on_demand(world:
         assert battery.latest.json() == {"percent": 80}
 
 
+async def test_a_robot_that_is_no_id_is_refused_and_the_next_one_is_connected_to(world: Any) -> None:
+    async with world.operator() as operator:
+        robot, *_ = await operator.robots()
+        with pytest.raises(TypeError, match=r"such as robot\.id, not by RobotSummary"):
+            await operator.connect(robot)
+        assert (await operator.connect(world.robot_id, timeout_s=WAIT_S)).catalogue is not None
+
+
 async def test_the_offer_has_a_line_per_camera_and_says_which_is_which(world: Any) -> None:
     async with world.operator() as operator:
         connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mosaic_core.words.errors import hint_at, whole_sentence
+from mosaic_core.words.errors import Refused, hint_at, whole_sentence
 
 
 @pytest.mark.parametrize(
@@ -24,3 +24,10 @@ def test_a_sentence_ends_once(text: str, whole: str) -> None:
 def test_a_hint_ends_the_sentence_before_it(name: str) -> None:
     sentence = f"no robot {name!r}{hint_at(name, ['rover'])}"
     assert whole_sentence(sentence) == sentence
+
+
+@pytest.mark.parametrize("code", ["not to thirteen", "busy", "", "arm.", "arm.is moving"])
+def test_a_refusal_needs_a_code_before_its_text(code: str) -> None:
+    with pytest.raises(ValueError, match=r"Refused\('acme\.why', "):
+        Refused(code)
+    assert Refused("acme-arm.in_the_way", code).code == "acme-arm.in_the_way"

@@ -41,5 +41,7 @@ def picture_cure(image: Any) -> str | None:
 
 
 def _is_of(module: str, names: tuple[str, ...], value: object) -> bool:
+    """Whether it is an instance of one of these classes. What another thread is still loading has none."""
     loaded = sys.modules.get(module)
-    return loaded is not None and isinstance(value, tuple(getattr(loaded, name) for name in names))
+    kinds = (getattr(loaded, name, None) for name in names)
+    return isinstance(value, tuple(kind for kind in kinds if kind is not None))

@@ -47,6 +47,12 @@ class InstalledConnector:
         return self.source if self.local is None else f"{self.source}:{self.local.line}"
 
 
+def uninstalled(configurer: type, connector_type: str) -> InstalledConnector:
+    """The connector type of a class that nobody ships, as if its module did."""
+    origin = f"{configurer.__module__}:{configurer.__qualname__}"
+    return InstalledConnector(connector_type, origin, "", EntryPoint(connector_type, origin, GROUP))
+
+
 class ConnectorResolver:
     """Connector types by name.
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import AsyncIterator, Callable, Iterator
+from types import ModuleType
 from typing import Any
 
 import av
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 
 from mosaic_core import AudioTrackHandler, Captured, MediaTrackHandler, MosaicError, Sound
+from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.testing import fake_host, take_frames, take_sounds
 
 GOOD = np.zeros((4, 6, 3), np.uint8)
@@ -157,3 +160,10 @@ def test_what_is_no_sound_is_told_with_its_shape_and_line(sound: Any, said: str)
         take_sounds(Humming(sound), 1)
     place = f"{__file__}:{Humming.sounds.__code__.co_firstlineno + 1}"
     assert caught.value.message.startswith(f"Humming ({place}) sends {said}")
+
+
+def test_a_library_that_another_thread_still_loads_has_no_classes_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "av", ModuleType("av"))
+    check_picture(MediaTrackHandler, np.zeros((4, 6, 3), np.uint8))
+    with pytest.raises(MosaicError, match="sends str"):
+        check_picture(MediaTrackHandler, "no picture")

@@ -67,7 +67,7 @@ class Broken(DataChannelSendable[str]):
 class Careful(Motor):
     def handle_data(self, data: dict[str, Any]) -> None:
         if data["v"] > 1:
-            raise Refused("too much")
+            raise Refused("motor.too_much")
         super().handle_data(data)
 
 
