@@ -51,6 +51,16 @@ def test_an_arm_that_is_told_to_stay_after_a_safe_action_stays(is_at: float | No
     assert joint.sent(60.0, 0.5) == 60.0
 
 
+def test_a_position_deep_in_a_message_is_held_back_there_and_nowhere_else() -> None:
+    bound = FieldLimit(("arm.elbow.angle",), max_rate_per_s=90, kind="position")
+    envelope = SafetyEnvelope([bound], report=lambda field: -40.0)
+    wish = {"arm": {"elbow": {"angle": 60.0, "unit": "deg"}, "side": "left"}, "number": 7}
+    sent = envelope.shaped(wish, 1.0, 0.0).message
+    angle = sent["arm"]["elbow"].pop("angle")
+    assert angle == pytest.approx(-40.0 + 90 * MAX_RISE_STEP_S)
+    assert sent == {"arm": {"elbow": {"unit": "deg"}, "side": "left"}, "number": 7}
+
+
 def test_it_begins_where_the_sensor_says_and_never_at_zero() -> None:
     assert Joint(limit(rate=90), -40.0).sent(60.0, 0.0) == pytest.approx(-40.0 + 90 * MAX_RISE_STEP_S)
 
