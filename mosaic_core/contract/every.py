@@ -5,14 +5,15 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
-from types import FrameType
 
 from mosaic_core.contract.host import HandlerHost
 from mosaic_core.words.errors import MosaicError
 
 
-def refuse_in_async(frame: FrameType, waits: str, instead: str) -> None:
-    """Raise :class:`MosaicError` (``plugin.blocks_loop``) if ``frame``, which ``waits``, is one of an ``async def``."""
+def refuse_in_async(waits: str, instead: str) -> None:
+    """Raise :class:`MosaicError` (``plugin.blocks_loop``) if who calls the caller, and so ``waits``, is an ``async
+    def``."""
+    frame = sys._getframe(2)
     code = frame.f_code
     if code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
         place = f"{code.co_filename}:{frame.f_lineno} in {code.co_qualname}"
@@ -36,7 +37,7 @@ class Every:
 
     def __iter__(self) -> Iterator[int]:
         """Raises :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``, whose thread is all robot's."""
-        refuse_in_async(sys._getframe(1), "A `for` over every(…)", "async for")
+        refuse_in_async("A `for` over every(…)", "async for")
         return self._ticks()
 
     def _ticks(self) -> Iterator[int]:

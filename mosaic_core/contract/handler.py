@@ -6,7 +6,6 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 
 from __future__ import annotations
 
-import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
@@ -97,7 +96,7 @@ class Handler:
     def pause(self, seconds: float) -> bool:
         """Wait on this handler's own thread; ``True`` when the handler shall stop. Stop wakes it at once. Raises
         :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``."""
-        refuse_in_async(sys._getframe(1), "self.pause(…)", "await asyncio.sleep(…)")
+        refuse_in_async("self.pause(…)", "await asyncio.sleep(…)")
         return self._host.wait(seconds)
 
     @property

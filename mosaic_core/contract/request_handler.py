@@ -9,7 +9,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
@@ -56,7 +55,7 @@ class Request:
     def pause(self, seconds: float) -> bool:
         """Wait on a thread of the handler's own; ``True`` when the request is cancelled, which ends the wait at
         once. Raises :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``."""
-        refuse_in_async(sys._getframe(1), "request.pause(…)", "await asyncio.sleep(…)")
+        refuse_in_async("request.pause(…)", "await asyncio.sleep(…)")
         return self._wait(seconds)
 
     def _wait(self, seconds: float) -> bool:
