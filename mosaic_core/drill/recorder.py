@@ -50,6 +50,13 @@ class ActRecorder:
     def commands_since(self, at_s: float) -> list[Act]:
         return [act for act in self.acts if act.kind == "command" and act.at_s >= at_s]
 
+    def commands_after_safe(self, cause: str) -> list[Act]:
+        """The commands that came after the last safe action for ``cause``. One that a safe action overtook returns
+        after it, and the safe action is run once more then."""
+        acts = self.acts
+        last = max((at for at, act in enumerate(acts) if act.kind == "safe" and act.cause == cause), default=-1)
+        return [act for act in acts[last + 1 :] if act.kind == "command"]
+
     def safe_since(self, at_s: float, cause: str = "") -> Act | None:
         """The first safe action that returned at or after ``at_s``, whatever its cause or for this one."""
         safe = (act for act in self.acts if act.kind == "safe" and act.at_s >= at_s)

@@ -48,7 +48,7 @@ async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_channel: str) -> 
                 saying.cancel()
                 await asyncio.gather(saying, return_exceptions=True)
             await asyncio.sleep(SETTLE_S)
-            if any(stream.moves(act) for act in subject.recorder.commands_since(safe.at_s)):
+            if any(stream.moves(act) for act in subject.recorder.commands_after_safe("safety.stop")):
                 raise ExerciseFailed("it took commands while it was stopped")
             return in_time(safe.at_s - began_s, AT_ONCE_S, gate=stream.who.gates.get("safety.stopped", ""))
     finally:
@@ -93,7 +93,7 @@ async def take_over(rig: Rig, subject: DrilledReceiver) -> Passed:
             await supervisor.control.take(resource, force=True, reason="safety drill")
             safe = await safe_act(subject, began_s, AT_ONCE_S, "safety.lease_lost")
             await asyncio.sleep(SETTLE_S)
-            if subject.recorder.commands_since(safe.at_s):
+            if subject.recorder.commands_after_safe("safety.lease_lost"):
                 raise ExerciseFailed("commands of who lost the lease were carried out")
             return in_time(safe.at_s - began_s, AT_ONCE_S)
     finally:
