@@ -124,11 +124,11 @@ class Examinee:
         for one in self.handlers:
             if isinstance(one, RequestHandler):
                 roots += [*_answers(type(one))]
-        return list(dict.fromkeys(model for root in roots for model in models_in(root)))
+        return list(dict.fromkeys(model for root in roots for model in models_within(root)))
 
     def param_models(self) -> list[type[BaseModel]]:
         """The model of its params, and those inside it."""
-        return list(dict.fromkeys(models_in(self.configurer.params_model)))
+        return list(dict.fromkeys(models_within(self.configurer.params_model)))
 
     def fault(self, error: BaseException, what: str) -> Fault:
         """An error of its code as a fault."""
@@ -143,13 +143,13 @@ def _answers(handler: type[Any]) -> Iterator[Any]:
             yield from get_args(generic)[1:]
 
 
-def models_in(annotation: Any, depth: int = 0) -> Iterator[type[BaseModel]]:
+def models_within(annotation: Any, depth: int = 0) -> Iterator[type[BaseModel]]:
     """The pydantic models that a type is made of."""
     if depth > _MAX_DEPTH:
         return
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
         for info in annotation.model_fields.values():
-            yield from models_in(info.annotation, depth + 1)
+            yield from models_within(info.annotation, depth + 1)
     for inner in get_args(annotation):
-        yield from models_in(inner, depth + 1)
+        yield from models_within(inner, depth + 1)

@@ -14,15 +14,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 from mosaic_core.words.codes import reason
-
-_CODE = re.compile(r"[\w-]+(\.[\w-]+)+")
-"""``control.busy``, ``acme-arm.in_the_way``."""
 
 
 def hint_at(name: str, known: Iterable[str]) -> str:
@@ -143,7 +139,7 @@ class Refused(Exception):
     sender. Raises :class:`ValueError` for a code that is a sentence."""
 
     def __init__(self, code: str, message: str = "") -> None:
-        if not _CODE.fullmatch(code):
+        if not code or any(map(str.isspace, code)):
             raise ValueError(f"Refused takes a code and then a text: Refused('acme.why', {code!r})")
         super().__init__(message or code)
         self.code = code

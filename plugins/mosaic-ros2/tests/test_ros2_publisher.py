@@ -115,6 +115,17 @@ async def test_a_topic_that_is_lost_is_opened_again_and_begins_with_a_standstill
 
 
 @pytest.mark.usefixtures("hasty")
+async def test_a_topic_that_does_not_even_end_in_order_is_opened_again(base: Rig) -> None:
+    base.handler.handle_data(Twist.planar(0.3))
+    base.bus.fails = base.bus.ends_badly = True
+    with pytest.raises(Refused):
+        base.handler.handle_data(Twist.planar(0.4))
+    base.bus.fails = False
+    await until(lambda: base.bus.opened == 2)
+    base.bus.ends_badly = False
+
+
+@pytest.mark.usefixtures("hasty")
 async def test_a_command_after_a_loss_comes_behind_the_standstill(base: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kept_publication, "OWED_S", 60.0)
     base.handler.handle_data(Twist.planar(0.3))

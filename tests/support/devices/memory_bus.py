@@ -29,6 +29,8 @@ class MemoryBus:
         self.readers = 1
         self.fails = False
         """Nothing can be opened, and whatever is written to is lost."""
+        self.ends_badly = False
+        """A publication raises also when it is closed."""
         self.is_slow = False
         """Subscriptions find no room for messages."""
         self.opened = 0
@@ -125,7 +127,8 @@ class MemoryPublication:
         return self._bus.readers
 
     def close(self) -> None:
-        pass
+        if self._bus.ends_badly:
+            raise RuntimeError("its session is gone")
 
 
 class SharedMemoryBus(SharedBus):
