@@ -46,12 +46,12 @@ def guess(word: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"did you mean '{match}'?" if match else otherwise
 
 
-CodePlace: TypeAlias = tuple[str, int | None]
+CodeLine: TypeAlias = tuple[str, int | None]
 """File and line of somebody's code; an empty name where nobody knows it."""
-NOWHERE: CodePlace = ("", None)
+NOWHERE: CodeLine = ("", None)
 
 
-def without_place(message: str, at: CodePlace) -> str:
+def without_place(message: str, at: CodeLine) -> str:
     """``message`` without the ``FILE:LINE`` that it names, for whoever shows the place by itself."""
     place = ":".join(str(part) for part in at if part)
     return message.replace(f"{place}: ", "", 1).replace(f" ({place})", "", 1) if place else message
@@ -64,7 +64,7 @@ class MosaicError(Exception):
     is the code that it speaks of, where that is somebody's mistake.
     """
 
-    def __init__(self, message: str, *, code: str, cure: str | None = None, at: CodePlace = NOWHERE) -> None:
+    def __init__(self, message: str, *, code: str, cure: str | None = None, at: CodeLine = NOWHERE) -> None:
         super().__init__(message)
         self.at = at
         self.message = message
@@ -126,7 +126,7 @@ class PluginError(MosaicError):
         distribution: str,
         code: str = "config.broken_plugin",
         cure: str | None = None,
-        at: CodePlace = NOWHERE,
+        at: CodeLine = NOWHERE,
     ) -> None:
         super().__init__(message, code=code, cure=cure, at=at)
         self.distribution = distribution

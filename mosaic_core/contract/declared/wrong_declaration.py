@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 
-from mosaic_core.words.errors import NOWHERE, CodePlace, MosaicError
+from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
 
 _MAKERS = ("mosaic_core.contract.", "abc", "pydantic.")
 """Modules whose code runs while a class is made."""
@@ -18,7 +18,7 @@ def wrong_declaration(cls: type, message: str, cure: str) -> MosaicError:
     return MosaicError(message, code="config.broken_plugin", cure=cure, at=at)
 
 
-def _place_of(cls: type) -> CodePlace:
+def _place_of(cls: type) -> CodeLine:
     """That of the class statement that is being executed, else of the class."""
     frame = inspect.currentframe()
     while frame is not None and frame.f_globals.get("__name__", "").startswith(_MAKERS):

@@ -20,7 +20,7 @@ from traceback import extract_tb
 from types import ModuleType
 
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
-from mosaic_core.words.errors import CodePlace, MosaicError, Problem, nearest
+from mosaic_core.words.errors import CodeLine, MosaicError, Problem, nearest
 
 FOLDER = "connectors"
 _CONFIGURERS = {"Configurer", "DataChannelConfigurer", "MediaTrackConfigurer"}
@@ -62,7 +62,7 @@ class LocalConnector:
         if self._module not in sys.modules:
             logger.warning("runs code of %s", self.file)
 
-    def explained(self, error: BaseException) -> tuple[str, str | None, CodePlace]:
+    def explained(self, error: BaseException) -> tuple[str, str | None, CodeLine]:
         """Why the file could not be imported, with the line of the folder where it happened; the cure if the author of
         the error knows one; and that line."""
         # Only now: a list of connectors explains no error, and needs no pydantic.

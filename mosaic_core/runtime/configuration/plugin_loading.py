@@ -15,7 +15,7 @@ from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.runtime.threads.code_places import code_of, explained_error, is_own, place_of, raised_at, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import NOWHERE, CodePlace, MosaicError, PluginError, guess
+from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError, PluginError, guess
 
 
 def load_configurer(
@@ -25,7 +25,7 @@ def load_configurer(
     cause is the error of the import. ``local``: where it stands, if it is not installed. ``failed_imports``: modules
     that were tried for another type of theirs; their code is not run once more."""
 
-    def broken(cause: str, cure: str | None = None, at: CodePlace = NOWHERE) -> PluginError:
+    def broken(cause: str, cure: str | None = None, at: CodeLine = NOWHERE) -> PluginError:
         message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
         code = "config.broken_plugin" if local is None else "config.broken_local"
         if cure is None and is_own(at[0]):
@@ -58,7 +58,7 @@ def load_configurer(
     return loaded
 
 
-def _explained(error: BaseException) -> tuple[str, str | None, CodePlace]:
+def _explained(error: BaseException) -> tuple[str, str | None, CodeLine]:
     """What an import raised: the cause, the cure if the author of the error knows one, and where."""
     cure = error.cure if isinstance(error, MosaicError) else None
     return explained_error(error).removesuffix(cure or "").rstrip(), cure, raised_at(error)
@@ -93,7 +93,7 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, make_error: C
             raise broken(f"the {name} of {loaded.__name__} is no mapping of params")
 
 
-def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str, CodePlace] | None:
+def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str, CodeLine] | None:
     """What of an entry point's module and class is not there, the cure, and the line that asks for it; ``None`` if both
     are."""
     written = f'{entry_point.name} = "{entry_point.value}"'

@@ -119,12 +119,25 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
         wrongs, limit = _sound_limit(field, bounds, kind)
         for wrong in wrongs:
             bad.add(field)
-            keys = (wrong.key,) if wrong.key else ()
-            yield field, _limit_problem(one, handler, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
+            key, cure = _half_of_the_class(one, handler, field, bounds, wrong) or (wrong.key, wrong.cure)
+            keys = (key,) if key else ()
+            yield field, _limit_problem(one, handler, f"connector '{label}': {wrong}", field, *keys, cure=cure)
         found += [limit] if limit is not None else []
     for field, message in clashes((*one.safety.field_limits(), *found)):
         cure = "write limits that can be kept together"
         yield field, _limit_problem(one, handler, f"connector '{label}': {message}", field, cure=cure)
+
+
+def _half_of_the_class(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], field: str, bounds: FieldBounds, wrong: ImpossibleLimit
+) -> tuple[str, str] | None:
+    """Key and cure where the file bounds one side alone, beyond what its class says of the other: nothing to swap."""
+    said = one.safety.limits.get(field)
+    if said is None or not wrong.is_order or (said.min is None) == (said.max is None):
+        return None
+    key, other, word = ("min", "max", "most") if said.max is None else ("max", "min", "least")
+    kind, bound = type(handler).__name__, getattr(bounds, other)
+    return key, f"{other} {bound:g} is of {kind}: write a {key} of at {word} {bound:g}, or a {other} of your own"
 
 
 def _sound_limit(field: str, bounds: FieldBounds, kind: MotionKind) -> tuple[list[ImpossibleLimit], FieldLimit | None]:
@@ -172,13 +185,14 @@ def _rate_problems(
     if reports_position(handler):
         yield from _unasked_reports(one, handler, effective)
         return
-    for limit in effective.limits:
-        if limit.max_rate_per_s is None:
-            continue
-        name = " and ".join(limit.fields)
-        message = f"connector '{one.config.label}' does not report where '{name}' is, so a rate can't begin anywhere"
-        cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
-        yield _limit_problem(one, handler, message, name, "max_rate_per_s", cure=cure)
+    fields = [" and ".join(limit.fields) for limit in effective.limits if limit.max_rate_per_s is not None]
+    if not fields:
+        return
+    names, are = " and ".join(map(repr, fields)), "is" if len(fields) == 1 else "are"
+    message = f"connector '{one.config.label}' does not report where {names} {are}, so a rate can't begin anywhere"
+    cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
+    named = next((field for field in fields if field in one.safety.limits), fields[0])
+    yield _limit_problem(one, handler, message, named, "max_rate_per_s", cure=cure)
 
 
 def _unasked_reports(

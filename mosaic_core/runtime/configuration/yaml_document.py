@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from mosaic_core.runtime.configuration.config_env import MASK_CHARACTERS, filled, masked, unmasked
-from mosaic_core.words.errors import NOWHERE, CodePlace, ConfigError, Problem, guess, without_place
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, Problem, guess, without_place
 
 Place: TypeAlias = tuple[str | int, ...]
 """Where a value stands: ``("connectors", 2, "params", "fps")``."""
@@ -76,7 +76,7 @@ class YamlDocument:
         code: str = "config.invalid",
         cure: str = "",
         guess: str = "",
-        at: CodePlace = NOWHERE,
+        at: CodeLine = NOWHERE,
     ) -> Problem:
         """A problem at ``place``, or with the line of the nearest thing around it that the file has. ``guess``: a
         better cure made of the value there, told only if nothing of it came from the environment or a file. ``at``: the

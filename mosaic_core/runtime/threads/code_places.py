@@ -9,7 +9,7 @@ from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
 from mosaic_core.runtime.threads.error_words import said_by
-from mosaic_core.words.errors import NOWHERE, CodePlace, MosaicError
+from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
 
 _CORE = f"{Path(__file__).parents[2]}{os.sep}"
 _STANDARD = f"{Path(os.__file__).parent}{os.sep}"
@@ -30,7 +30,7 @@ def place_of(error: BaseException) -> str:
     return ":".join(str(part) for part in raised_at(error) if part)
 
 
-def raised_at(error: BaseException) -> CodePlace:
+def raised_at(error: BaseException) -> CodeLine:
     """The plugin's code that it speaks of, or where it was raised."""
     if isinstance(error, MosaicError) and error.at[0]:
         return error.at
@@ -40,7 +40,7 @@ def raised_at(error: BaseException) -> CodePlace:
     return raised_at(error.__cause__) if not place[0] and error.__cause__ is not None else place
 
 
-def innermost_own(frames: Iterable[FrameSummary]) -> CodePlace:
+def innermost_own(frames: Iterable[FrameSummary]) -> CodeLine:
     """File and line of the innermost frame that is not the framework's, the import system's, or, where there is
     another one, the standard library's or that of the models of messages and params."""
     others = [frame for frame in frames if not frame.filename.startswith(("<frozen", _CORE))]
@@ -68,7 +68,7 @@ def standing_at(thing: object) -> str:
     return f" ({file}:{line})" if file else ""
 
 
-def code_of(thing: object) -> CodePlace:
+def code_of(thing: object) -> CodeLine:
     """Where a class or function stands."""
     try:
         return str(inspect.getsourcefile(thing)), inspect.getsourcelines(thing)[1]  # type: ignore[arg-type]

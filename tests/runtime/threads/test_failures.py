@@ -52,6 +52,21 @@ def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_bac
     ]
 
 
+def test_an_error_of_the_system_names_what_is_quiet(failures: Failures, caplog: pytest.LogCaptureFixture) -> None:
+    failures.failed(raised(lambda: open("/nowhere/at/all")), 0.0)
+    assert "No such file or directory: '/nowhere/at/all'; if its device may be away, raise DeviceGone" in caplog.text
+    assert "DeviceGone" not in failures.last_error
+
+
+def test_what_the_framework_raises_with_the_authors_line_has_no_traceback(
+    failures: Failures, caplog: pytest.LogCaptureFixture
+) -> None:
+    failures.failed(raised(lambda: Gauge("gauge").send(5)), 0.0)
+    (record,) = caplog.records
+    assert f"Gauge ({__file__}:" in record.message
+    assert record.exc_info is None
+
+
 def test_an_error_is_logged_once_with_the_plugins_own_line_and_its_traceback(
     failures: Failures, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.threads.code_places import explained_error, place_of, raised_at
-from mosaic_core.words.errors import NOWHERE, CodePlace, ConfigError, MosaicError, Problem
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, MosaicError, Problem
 
 _PART = re.compile(r"[^.\[\]]+")
 
@@ -35,7 +35,7 @@ def broken_by(one: CheckedConnector, error: BaseException) -> Problem:
     return broken(one, explained_error(error).removesuffix(cure).rstrip(), cure=cure, at=raised_at(error))
 
 
-def broken(one: CheckedConnector, cause: str, *, cure: str = "", at: CodePlace = NOWHERE) -> Problem:
+def broken(one: CheckedConnector, cause: str, *, cure: str = "", at: CodeLine = NOWHERE) -> Problem:
     """What its author did wrong."""
     message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
     return one.broken(message, cure=cure, at=at)

@@ -27,7 +27,8 @@ _NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
 
 _HEAD = "\nconnectors:\n"
 _MISSING = re.compile(r"(?:No module named|needs) '([\w.]+)'")
-_OF_ANY_PLUGIN = tuple(reason(code).cure for code in ("config.broken_plugin", "config.broken_local"))
+_BROKEN = ("config.broken_plugin", "config.broken_local")
+_OF_ANY_PLUGIN = tuple(reason(code).cure for code in _BROKEN)
 """For whoever has installed one."""
 _INDEX = re.compile(r"^connectors\[(\d+)\]")
 
@@ -189,7 +190,7 @@ def _cure(problem: Mapping[str, Any], plugins: Sequence[OwnPlugin]) -> str:
     message, cure = str(problem["message"]), str(problem["cure"])
     plugin = next((one for one in plugins if one.source in message), plugins[0])
     missing = _MISSING.search(message)
-    if missing is None or not problem["code"].startswith("config.broken"):
+    if missing is None or problem["code"] not in _BROKEN:
         return cure if cure not in ("", *_OF_ANY_PLUGIN) else "mend it, and start the demo again"
     if not plugin.modules:
         return f"pip install -e {plugin.path}, which installs the dependencies that its pyproject.toml names"
