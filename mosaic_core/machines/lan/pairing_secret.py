@@ -15,7 +15,7 @@ def pairing_secret(text: str) -> dict[str, str]:
     that the QR code holds. Raises :class:`AuthError` for a number, which has lost the zeros it began with."""
     if not isinstance(text, str):
         cure = 'Write it in quotes: pin="012345".'
-        message = f"the PIN is no text but a {type(text).__name__}: a number has no zeros at its beginning. {cure}"
+        message = f"the PIN is no text but a number, which has no zeros at its beginning. {cure}"
         raise AuthError(message, code="auth.pairing", cure=cure)
     stripped = text.strip()
     if _PIN.fullmatch(stripped):

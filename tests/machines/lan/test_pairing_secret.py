@@ -22,7 +22,7 @@ def test_a_code_comes_alone_or_in_its_address(typed: str) -> None:
 
 def test_a_number_is_told_to_be_written_as_text() -> None:
     with pytest.raises(
-        AuthError, match=r'the PIN is no text but a int: .* Write it in quotes: pin="012345"\.'
+        AuthError, match=r'the PIN is no text but a number, .* Write it in quotes: pin="012345"\.'
     ) as refused:
         pairing_secret(12345)  # type: ignore[arg-type]
     assert refused.value.code == "auth.pairing"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -53,7 +54,7 @@ def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_bac
 
 
 def test_an_error_of_the_system_names_what_is_quiet(failures: Failures, caplog: pytest.LogCaptureFixture) -> None:
-    failures.failed(raised(lambda: open("/nowhere/at/all")), 0.0)
+    failures.failed(raised(Path("/nowhere/at/all").read_text), 0.0)
     assert "No such file or directory: '/nowhere/at/all'; if its device may be away, raise DeviceGone" in caplog.text
     assert "DeviceGone" not in failures.last_error
 
