@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -18,7 +18,6 @@ from mosaic_core.cli.terminal.error_report import report_problems
 
 if TYPE_CHECKING:
     from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults
-    from mosaic_core.cli.configuration.connector_description import Row
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
 
@@ -66,6 +65,7 @@ def show(
     params, the limits that it takes, and an example to paste."""
     from mosaic_core.cli.configuration.connector_description import param_tables
     from mosaic_core.cli.configuration.connector_example import example_yaml
+    from mosaic_core.cli.terminal.rich_table import print_fields
 
     resolver = resolver_beside(HERE, local_connectors)
     configurer = resolver.resolve(connector_type)
@@ -78,7 +78,7 @@ def show(
     channels = _printed_defaults(connector_type, configurer)
     receives = channels is None or any(channel["safety"] for channel in channels)
     for heading, rows in param_tables(configurer, receives=receives):
-        _print_params(heading, rows)
+        print_fields(heading, rows)
     typer.echo("Example:\n")
     typer.echo(example_yaml(connector_type, configurer))
 
@@ -143,26 +143,13 @@ def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) ->
 
 def _print_fields(way: str, fields: Sequence[Mapping[str, Any]]) -> None:
     """What one way's messages have; nothing where nothing goes that way, or no model says what."""
+    from mosaic_core.cli.terminal.rich_table import print_fields
+
     rows = [
         (one["name"], one["type"], "" if one["required"] else "yes", one["unit"], one["description"]) for one in fields
     ]
     if rows:
-        _print_params(way, rows, third="may be absent")
-
-
-def _print_params(heading: str, rows: Iterable[Row], *, third: str = "default") -> None:
-    from rich.table import Table
-
-    from mosaic_core.cli.terminal.rich_table import console
-
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for column in (heading, "type", third, "unit", "description"):
-        # Names are pasted into files: they are never cut or wrapped, descriptions may be.
-        table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
-    for row in rows:
-        table.add_row(*row)
-    console(pipe_width=200).print(table)  # one row per line, for grep
-    typer.echo()
+        print_fields(way, rows, third="may be absent")
 
 
 # -- a configurer's docstring, read from its source: `mosaic connectors list` imports no plugin ----------------------
