@@ -12,6 +12,7 @@ import pytest
 
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import STANDSTILL, Twist
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def receiver() -> Iterator[ThreadPoolExecutor]:
 
 @pytest.fixture
 def kept(drive: ScriptedDrive) -> KeptDrive:
-    return KeptDrive("base", drive, retry_s=(0.001,))
+    return KeptDrive("base", drive, retry=BackoffPolicy(0.001, max_s=0.001))
 
 
 def refusal(future: Future[None]) -> str:
@@ -141,7 +142,7 @@ def test_leaving_while_a_command_hangs_stops_and_closes(
 
 
 def test_a_device_lost_by_a_failing_command_is_stopped_before_it_is_closed(drive: ScriptedDrive) -> None:
-    kept = KeptDrive("base", drive, retry_s=(IN_TIME_S,))
+    kept = KeptDrive("base", drive, retry=BackoffPolicy(IN_TIME_S, max_s=IN_TIME_S))
     with kept:
         assert kept.wait_until_open(IN_TIME_S)
         kept.apply(FORWARD)

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from support.waiting import wait_for
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, fake_host, feed
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_gpio import kept_pin
@@ -187,7 +188,7 @@ TURNED: dict[str, Any] = {"names": ["pan"], "positions": [0.5]}
 def test_a_pin_that_fails_is_refused_until_it_is_opened_again_in_its_safe_state(
     pins: MockFactory, monkeypatch: pytest.MonkeyPatch, configurer: Any, params: Any, command: Any
 ) -> None:
-    monkeypatch.setattr(kept_pin, "RETRY_S", 0.01)
+    monkeypatch.setattr(kept_pin, "RETRY", BackoffPolicy(0.01, max_s=0.01))
     shared, pin = Shared(), pins.pin(27)
     handler = build(configurer, params=params, shared=shared)
     tries: list[Any] = []

@@ -11,6 +11,7 @@ from support.devices.ros_side import RosNode, decoded, encoded
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import JointTarget, Twist
 from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until
 from mosaic_core.words.errors import ConfigError, DeviceGone
@@ -85,7 +86,7 @@ def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_aga
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """The next attempt comes at once."""
-    monkeypatch.setattr(kept_publication, "RETRY_S", (0.01,))
+    monkeypatch.setattr(kept_publication, "RETRY", BackoffPolicy(0.01, max_s=0.01))
     monkeypatch.setattr(kept_publication, "OWED_S", 0.01)
 
 
