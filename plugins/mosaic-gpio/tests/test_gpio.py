@@ -13,6 +13,7 @@ from gpiozero import Device, DigitalOutputDevice
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
+from support.devices.absence import HASTE, tries_in_thirty_seconds
 from support.waiting import wait_for
 
 from mosaic_core.contract.configurer import Shared
@@ -184,10 +185,11 @@ TURNED: dict[str, Any] = {"names": ["pan"], "positions": [0.5]}
     ("configurer", "params", "command"),
     [(GpioOutputConfigurer, {"pin": 27}, LIT), (GpioServoConfigurer, {"pin": 27, "joint": "pan"}, TURNED)],
 )
-def test_a_pin_that_fails_is_refused_until_it_is_opened_again_in_its_safe_state(
+def test_a_pin_that_fails_for_thirty_seconds_is_refused_until_it_is_opened_again_in_its_safe_state(
     pins: MockFactory, monkeypatch: pytest.MonkeyPatch, configurer: Any, params: Any, command: Any
 ) -> None:
-    monkeypatch.setattr(kept_pin, "RETRY_S", 0.01)
+    often = tries_in_thirty_seconds([kept_pin.RETRY_S])
+    monkeypatch.setattr(kept_pin, "RETRY_S", kept_pin.RETRY_S / HASTE)
     shared, pin = Shared(), pins.pin(27)
     handler = build(configurer, params=params, shared=shared)
     tries: list[Any] = []
@@ -202,7 +204,7 @@ def test_a_pin_that_fails_is_refused_until_it_is_opened_again_in_its_safe_state(
         assert pin.state
         with monkeypatch.context() as broken:
             broken.setattr(type(pin), "_set_state", fail)
-            wait_for(lambda: feed(handler, [command]).refused and len(tries) >= 6, "it is tried again and again")
+            wait_for(lambda: feed(handler, [command]).refused and len(tries) > often, "it is tried again and again")
             assert [one.code for one in feed(handler, [command]).refused] == ["plugin.no_device"]
         assert handler._pin.wait_open(OPENS_S)
         assert not pin.state

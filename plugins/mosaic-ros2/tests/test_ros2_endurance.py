@@ -21,6 +21,7 @@ from mosaic_core.messages import Twist
 from mosaic_core.testing import Joined, connector, joined, until
 from mosaic_ros2.bus import kept_publication
 from mosaic_ros2.bus.dds import dds_service
+from mosaic_ros2.bus.dds.dds_service import MATCH_S
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import RELIABLE
 from mosaic_ros2.cdr.encoding import CdrEncoder
@@ -38,6 +39,8 @@ SET_BOOL = "std_srvs/srv/SetBool"
 FIBONACCI = "example_interfaces/action/Fibonacci"
 FEEDBACK = "example_interfaces/msg/Fibonacci_FeedbackMessage"
 FLOOD = 3000
+ASKED_WHILE_AWAY = round(30.0 / MATCH_S)
+"""So often a question can be asked, and be given up, while its server is away for thirty seconds."""
 
 
 @contextmanager
@@ -52,8 +55,8 @@ def another_node(domain: int) -> Iterator[RosNode]:
 
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A node that is away for half a second is away for long."""
-    monkeypatch.setattr(dds_service, "MATCH_S", 0.5)
+    """A node that is away for a tenth of a second is away for three."""
+    monkeypatch.setattr(dds_service, "MATCH_S", MATCH_S / 30)
 
 
 async def lamp(link: Joined, is_on: bool = True) -> Any:
@@ -69,14 +72,17 @@ async def refused(asking: Callable[[], Any], words: str) -> None:
         await asking()
 
 
-async def test_a_service_is_refused_while_its_server_is_away_and_answers_when_it_is_back(domain: int) -> None:
+async def test_a_service_is_refused_while_its_server_is_away_for_thirty_seconds_and_answers_when_it_is_back(
+    domain: int,
+) -> None:
     params = {"domain": domain, "service": "/lamp", "type": SET_BOOL}
     async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
         for _ in range(2):
             with another_node(domain) as node:
                 node.server("/lamp", SET_BOOL, answering)
                 assert (await lamp(link))["message"] == "lamp True"
-            await refused(lambda: lamp(link), "no server of /lamp is heard")
+            for _ in range(ASKED_WHILE_AWAY):
+                await refused(lambda: lamp(link), "no server of /lamp is heard")
 
 
 async def test_a_server_that_vanishes_in_the_middle_of_a_request_is_told(domain: int) -> None:
@@ -214,7 +220,9 @@ class Counting:
         return {"status": 4, "result": {"sequence": [1]}}
 
 
-async def test_an_action_whose_server_vanishes_ends_and_the_next_goal_is_carried_out(domain: int) -> None:
+async def test_an_action_whose_server_vanishes_for_thirty_seconds_ends_and_the_next_goal_is_carried_out(
+    domain: int,
+) -> None:
     params = {"domain": domain, "action": "/count", "type": FIBONACCI, "requires_lease": False}
     async with joined(connector(Ros2ActionConfigurer, label="count", params=params)) as link:
         with another_node(domain) as node:
@@ -225,6 +233,9 @@ async def test_an_action_whose_server_vanishes_ends_and_the_next_goal_is_carried
             await refused(lambda: waiting, "the server of /count/_action/get_result is gone")
             server.is_done.set()
             del server
+        for _ in range(ASKED_WHILE_AWAY):
+            again = link.connection.request("count", {"order": 4}, timeout_s=60)
+            await refused(lambda again=again: again, "no server of /count/_action/send_goal is heard")  # type: ignore[misc]
         with another_node(domain) as node:
             server = Counting(node)
             server.is_done.set()
