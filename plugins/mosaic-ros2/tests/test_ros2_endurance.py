@@ -185,7 +185,7 @@ async def test_of_a_flood_of_commands_the_last_reaches_a_node_that_reads_slowly(
 ) -> None:
     heard = node.subscription("/speed", "std_msgs/msg/Float64", qos(depth=1))
     params = {**here, "topic": "/speed", "type": "std_msgs/msg/Float64", "motion_fields": ["data"]}
-    safety = {"timeout_s": 5.0, "requires_lease": False}
+    safety = {"timeout_s": 5.0, "requires_lease": False, "slow_down": "off"}
     async with joined(connector(Ros2PublisherConfigurer, label="speed", params=params, safety=safety)) as link:
         store = link.connection.sendable("speed")
         await store.wait_open()
