@@ -9,8 +9,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import pytest
+from support.devices.absence import hasty, tries_in_thirty_seconds
 
 from mosaic_cmdvel.kept_drive import KeptDrive
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.contract.handler import Refused
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import STANDSTILL, Twist
@@ -84,6 +86,28 @@ def test_a_device_that_cannot_be_opened_is_told_once_and_tried_again(
         "base: the drive can't be opened: FileNotFoundError: no /dev/ttyACM0; trying again",
         "base: the drive is back",
     ]
+
+
+def test_a_device_that_is_away_for_thirty_seconds_takes_no_commands_and_starts_with_a_stop(
+    drive: ScriptedDrive, caplog: pytest.LogCaptureFixture
+) -> None:
+    with KeptDrive("base", drive, retry=hasty(RETRY)) as kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        kept.apply(FORWARD)
+        drive.apply_error = drive.open_error = drive.stop_error = OSError("unplugged")
+        with pytest.raises(Refused, match="the drive failed; opening it again"):
+            kept.apply(FORWARD)
+        often = drive.opened + tries_in_thirty_seconds(RETRY)
+        assert drive.wait_for(lambda: drive.opened >= often)
+        with pytest.raises(Refused, match="isn't open; trying again"):
+            kept.apply(FORWARD)
+        drive.apply_error = drive.open_error = drive.stop_error = None
+        assert kept.wait_until_open(IN_TIME_S)
+        assert drive.velocity == STANDSTILL
+        kept.apply(FORWARD)
+        assert drive.velocity == FORWARD
+
+    assert caplog.messages == ["base: lost the drive: OSError: unplugged; opening it again", "base: the drive is back"]
 
 
 def test_a_device_lost_while_driving_is_opened_again_and_starts_with_a_stop(
