@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast, get_args, ge
 
 from mosaic_core.contract.declared.class_bodies import check_bodies
 from mosaic_core.contract.declared.class_names import check_names
+from mosaic_core.contract.declared.type_arguments import TypeArguments, bare_bases
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
@@ -143,7 +144,7 @@ class _SharedOf(Shared):
         return self._whole.get(key, make, user or self._user)
 
 
-class Configurer(ABC, Generic[P]):
+class Configurer(TypeArguments, ABC, Generic[P]):
     """Validates ``params`` (by its type argument) and makes the handler or handlers of one connector.
 
     The docstring's first line describes the connector in ``mosaic connectors list``.
@@ -186,10 +187,19 @@ class Configurer(ABC, Generic[P]):
                 elif not isinstance(argument, TypeVar):
                     message = f"its params are {argument!r}."
                     raise wrong_declaration(cls, message, "Derive them from Params, so that they can be checked.")
+        _check_params_said(cls)
 
     @abstractmethod
     def configure(self) -> Handler | Sequence[Handler]:
         """Make the handler. Open no device here: that is the body's work, so that it can be retried."""
+
+
+def _check_params_said(cls: type[Configurer[Any]]) -> None:
+    """Refuse a class that leaves open what its ``params`` are: whatever the file says would be an unknown key."""
+    base = next((one for one in bare_bases(cls) if issubclass(one, Configurer)), None)
+    if base is not None and cls.params_model is NoParams and "params_model" not in vars(cls):
+        cure = f"Write `{base.__name__}[YourParams]`, or `{base.__name__}[NoParams]` if it takes none."
+        raise wrong_declaration(cls, "it does not say what its params are.", cure)
 
 
 class DataChannelConfigurer(Configurer[P]):

@@ -33,6 +33,7 @@ from mosaic_core.contract.declared.class_values import (
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.contract.declared.sent_sound import check_sound
+from mosaic_core.contract.declared.type_arguments import TypeArguments
 from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
@@ -51,7 +52,7 @@ T = TypeVar("T")
 Runs = Literal["always", "watched"]
 
 
-class Handler:
+class Handler(TypeArguments):
     """The base of all handlers. ``label`` is the name of the data channel or track."""
 
     runs: ClassVar[Runs] = "always"

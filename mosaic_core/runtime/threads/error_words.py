@@ -22,7 +22,10 @@ MANY_LETTERS = 60
 def said_by(error: BaseException) -> str:
     """Kind and words of an error; of an attribute or a name to import that is not there also the nearest that is."""
     meant = _attribute_meant(error) or import_meant(error)
-    return f"{type(error).__name__}: {_refused_values(error) or error}{meant}"
+    said = (
+        error.msg if isinstance(error, SyntaxError) else _refused_values(error) or error
+    )  # the place is told by itself
+    return f"{type(error).__name__}: {said}{meant}"
 
 
 def _attribute_meant(error: BaseException) -> str:
