@@ -182,6 +182,7 @@ class Configurer(ABC, Generic[P]):
             if isinstance(origin, type) and issubclass(origin, Configurer):
                 argument = get_args(base)[0]
                 if isinstance(argument, type) and issubclass(argument, Params):
+                    _check_model(cls, argument)
                     cls.params_model = argument
                 elif not isinstance(argument, TypeVar):
                     message = f"its params are {argument!r}."
@@ -190,6 +191,16 @@ class Configurer(ABC, Generic[P]):
     @abstractmethod
     def configure(self) -> Handler | Sequence[Handler]:
         """Make the handler. Open no device here: that is the body's work, so that it can be retried."""
+
+
+def _check_model(cls: type[Configurer[Any]], argument: type[Params]) -> None:
+    """Refuse a params_model beside another one in the brackets, which counts."""
+    written = vars(cls).get("params_model", argument)
+    if written is not argument:
+        message = (
+            f"its params_model is {getattr(written, '__name__', written)}, and its base has [{argument.__name__}]."
+        )
+        raise wrong_declaration(cls, message, "Name the right one in the brackets, and leave params_model out.")
 
 
 class DataChannelConfigurer(Configurer[P]):

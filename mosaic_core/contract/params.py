@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationErro
 from pydantic_core import CoreSchema, core_schema
 
 from mosaic_core.contract.declared.default_values import check_defaults
+from mosaic_core.contract.declared.message_words import check_message_words
 from mosaic_core.contract.declared.nested_models import check_nested
 from mosaic_core.contract.declared.unsent import may_be_none, unknown_field, with_its_nans
 from mosaic_core.words.limits import MotionKind
@@ -107,8 +108,9 @@ class Message(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Raises :class:`MosaicError` for a wrong default."""
+        """Raises :class:`MosaicError` for a wrong default, and for what it says of itself and nobody reads."""
         super().__pydantic_init_subclass__(**kwargs)
+        check_message_words(cls)
         check_defaults(cls, _MADE_HERE)
 
     @classmethod
