@@ -183,6 +183,7 @@ class Configurer(TypeArguments, ABC, Generic[P]):
             if isinstance(origin, type) and issubclass(origin, Configurer):
                 argument = get_args(base)[0]
                 if isinstance(argument, type) and issubclass(argument, Params):
+                    _check_model(cls, argument)
                     cls.params_model = argument
                 elif not isinstance(argument, TypeVar):
                     message = f"its params are {argument!r}."
@@ -200,6 +201,16 @@ def _check_params_said(cls: type[Configurer[Any]]) -> None:
     if base is not None and cls.params_model is NoParams and "params_model" not in vars(cls):
         cure = f"Write `{base.__name__}[YourParams]`, or `{base.__name__}[NoParams]` if it takes none."
         raise wrong_declaration(cls, "it does not say what its params are.", cure)
+
+
+def _check_model(cls: type[Configurer[Any]], argument: type[Params]) -> None:
+    """Refuse a params_model beside another one in the brackets, which counts."""
+    written = vars(cls).get("params_model", argument)
+    if written is not argument:
+        message = (
+            f"its params_model is {getattr(written, '__name__', written)}, and its base has [{argument.__name__}]."
+        )
+        raise wrong_declaration(cls, message, "Name the right one in the brackets, and leave params_model out.")
 
 
 class DataChannelConfigurer(Configurer[P]):
