@@ -13,10 +13,11 @@ from gpiozero import Device, DigitalOutputDevice
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
-from support.devices.absence import HASTE, tries_in_thirty_seconds
+from support.devices.absence import hasty, tries_in_thirty_seconds
 from support.waiting import wait_for
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, fake_host, feed
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_gpio import kept_pin
@@ -188,8 +189,8 @@ TURNED: dict[str, Any] = {"names": ["pan"], "positions": [0.5]}
 def test_a_pin_that_fails_for_thirty_seconds_is_refused_until_it_is_opened_again_in_its_safe_state(
     pins: MockFactory, monkeypatch: pytest.MonkeyPatch, configurer: Any, params: Any, command: Any
 ) -> None:
-    often = tries_in_thirty_seconds([kept_pin.RETRY_S])
-    monkeypatch.setattr(kept_pin, "RETRY_S", kept_pin.RETRY_S / HASTE)
+    often = tries_in_thirty_seconds(RETRY)
+    monkeypatch.setattr(kept_pin, "RETRY", hasty(RETRY))
     shared, pin = Shared(), pins.pin(27)
     handler = build(configurer, params=params, shared=shared)
     tries: list[Any] = []

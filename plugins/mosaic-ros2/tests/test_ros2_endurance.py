@@ -17,6 +17,7 @@ from support.devices.ros_side import RosNode, encoded, qos
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist
 from mosaic_core.testing import Joined, connector, joined, until
 from mosaic_ros2.bus import kept_publication
@@ -155,7 +156,7 @@ async def test_commands_go_on_once_somebody_subscribes_again(domain: int) -> Non
 async def test_a_writer_that_is_lost_is_opened_again_and_a_node_hears_a_standstill_before_the_next_command(
     node: RosNode, here: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kept_publication, "RETRY_S", (0.01,))
+    monkeypatch.setattr(kept_publication, "RETRY", BackoffPolicy(0.01, max_s=0.01))
     heard = node.subscription("/cmd_vel", TWIST, qos(depth=100))
     bus = Ros2Params(**here).bus(Shared())
     with bus, KeptPublication(bus, "/cmd_vel", TWIST, RELIABLE) as publication:

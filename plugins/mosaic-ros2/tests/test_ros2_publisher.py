@@ -12,12 +12,13 @@ from support.devices.memory_bus import MemoryBus, MemoryPublication, SharedMemor
 from support.devices.ros_side import RosNode, decoded, encoded
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.contract.handler import Refused
 from mosaic_core.messages import JointTarget, Twist
 from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_ros2.bus import kept_publication
-from mosaic_ros2.bus.kept_publication import RETRY_S, KeptPublication
+from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import LATCHED, RELIABLE, QosProfile
 from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
@@ -87,7 +88,7 @@ def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_aga
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """The next attempt comes at once."""
-    monkeypatch.setattr(kept_publication, "RETRY_S", hasty_waits(RETRY_S))
+    monkeypatch.setattr(kept_publication, "RETRY", hasty_waits(RETRY))
     monkeypatch.setattr(kept_publication, "OWED_S", 0.01)
 
 
@@ -104,7 +105,7 @@ async def test_a_topic_that_is_lost_for_thirty_seconds_begins_with_a_standstill_
             base.handler.make_safe("safety.timeout")
         with pytest.raises(Refused, match="/topic is not open: the bus is away"):
             base.handler.handle_data(Twist.planar(0.4))
-    often = base.bus.asked + tries_in_thirty_seconds(RETRY_S)
+    often = base.bus.asked + tries_in_thirty_seconds(RETRY)
     await until(lambda: base.bus.asked >= often)
     base.bus.readers = 0
     base.bus.fails = False

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 
+from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
 from mosaic_core.testing import FakeClock
 
 AWAY_S = 30.0
@@ -19,15 +21,15 @@ def thirty_seconds(clock: FakeClock) -> Iterator[None]:
         yield
 
 
-def hasty(waits_s: Sequence[float]) -> tuple[float, ...]:
+def hasty(policy: BackoffPolicy) -> BackoffPolicy:
     """The same waits on a clock that runs :data:`HASTE` times as fast."""
-    return tuple(one / HASTE for one in waits_s)
+    return replace(policy, first_s=policy.first_s / HASTE, max_s=policy.max_s / HASTE)
 
 
-def tries_in_thirty_seconds(waits_s: Sequence[float]) -> int:
-    """How often a thread tries that waits so long in between; the last wait repeats."""
-    left_s, tries = AWAY_S, 0
+def tries_in_thirty_seconds(policy: BackoffPolicy) -> int:
+    """How often a thread tries that waits so long in between."""
+    backoff, left_s, tries = Backoff(policy), AWAY_S, 0
     while left_s > 0:
-        left_s -= waits_s[min(tries, len(waits_s) - 1)]
+        left_s -= backoff.failed(0.0, 0.0)
         tries += 1
     return tries
