@@ -42,6 +42,10 @@ class Shipment:
     def source(self) -> str:
         return f"{self.name} {self.version}".strip()
 
+    def is_called(self, distribution: str) -> bool:
+        """Whether it is this distribution, in whatever version and spelling."""
+        return _normal(distribution) == _normal(self.name)
+
     @property
     def metadata_file(self) -> str:
         """Where its author says what it is."""
