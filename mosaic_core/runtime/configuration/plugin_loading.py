@@ -30,6 +30,8 @@ def load_configurer(
         code = "config.broken_plugin" if local is None else "config.broken_local"
         return PluginError(message, distribution=source, code=code, cure=cure)
 
+    if not entry_point.pattern.match(entry_point.value):  # nothing more can be asked of it
+        raise broken(f"its entry point is '{entry_point.value}', which is no module:Class", _written_again(entry_point))
     error = failed_imports.get(entry_point.module)
     if error is None:
         try:  # an import may fail in any way, even by sys.exit()
@@ -80,8 +82,7 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Calla
 
 def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str] | None:
     """What of an entry point's module and class is not there, and the cure; ``None`` if both are."""
-    written = f'{entry_point.name} = "{entry_point.value}"'
-    again = f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
+    again = _written_again(entry_point)
     if isinstance(error, ModuleNotFoundError) and error.name:
         if f"{entry_point.module}.".startswith(f"{error.name}."):
             cure = guess(entry_point.module, _modules_beside(entry_point.module))
@@ -93,6 +94,11 @@ def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, st
         message = f"its entry point names '{name}', which the module {entry_point.module} does not have"
         return f"{message} ({module.__file__})", _both(_configurer_meant(entry_point), again)
     return None
+
+
+def _written_again(entry_point: EntryPoint) -> str:
+    written = f'{entry_point.name} = "{entry_point.value}"'
+    return f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
 
 
 def _configurer_meant(entry_point: EntryPoint) -> str:
