@@ -183,6 +183,7 @@ class Configurer(TypeArguments, ABC, Generic[P]):
             if isinstance(origin, type) and issubclass(origin, Configurer):
                 argument = get_args(base)[0]
                 if isinstance(argument, type) and issubclass(argument, Params):
+                    _check_model(cls, argument)
                     cls.params_model = argument
                 elif not isinstance(argument, TypeVar):
                     message = f"its params are {argument!r}."
@@ -195,11 +196,27 @@ class Configurer(TypeArguments, ABC, Generic[P]):
 
 
 def _check_params_said(cls: type[Configurer[Any]]) -> None:
-    """Refuse a class that leaves open what its ``params`` are: whatever the file says would be an unknown key."""
+    """Refuse a class that reads its ``params`` and leaves open what they are: whatever the file says would be an
+    unknown key."""
     base = next((one for one in bare_bases(cls) if issubclass(one, Configurer)), None)
-    if base is not None and cls.params_model is NoParams and "params_model" not in vars(cls):
-        cure = f"Write `{base.__name__}[YourParams]`, or `{base.__name__}[NoParams]` if it takes none."
-        raise wrong_declaration(cls, "it does not say what its params are.", cure)
+    if base is not None and cls.params_model is NoParams and "params_model" not in vars(cls) and _reads_params(cls):
+        cure = f"Write `{base.__name__}[YourParams]`."
+        raise wrong_declaration(cls, "it reads its params, and does not say what they are.", cure)
+
+
+def _reads_params(cls: type[Configurer[Any]]) -> bool:
+    codes = (getattr(body, "__code__", None) for body in vars(cls).values())
+    return any("params" in code.co_names for code in codes if code is not None)
+
+
+def _check_model(cls: type[Configurer[Any]], argument: type[Params]) -> None:
+    """Refuse a params_model beside another one in the brackets, which counts."""
+    written = vars(cls).get("params_model", argument)
+    if written is not argument:
+        message = (
+            f"its params_model is {getattr(written, '__name__', written)}, and its base has [{argument.__name__}]."
+        )
+        raise wrong_declaration(cls, message, "Name the right one in the brackets, and leave params_model out.")
 
 
 class DataChannelConfigurer(Configurer[P]):

@@ -34,6 +34,14 @@ def test_the_help_names_own_commands_and_those_of_others(mosaic: Mosaic) -> None
         assert word in shown.out
 
 
+@pytest.mark.parametrize("words", [(), ("operator",), ("run",), ("plugin", "new"), ("demo",)])
+def test_a_usage_error_advises_an_option_that_is_there(mosaic: Mosaic, words: tuple[str, ...]) -> None:
+    refused = mosaic(*words, "--nonsense")
+    (advised,) = [line for line in refused.err.splitlines() if line.startswith("Try ")]
+    shown = mosaic(*advised.split("'")[1].split()[1:])
+    assert (shown.code, shown.out.split()[0]) == (0, "Usage:"), advised
+
+
 def test_what_the_list_says_of_a_command_is_how_its_own_help_begins() -> None:
     for name, place, line in command_line.COMMANDS:
         command = LaterCommand(EntryPoint(name, f"mosaic_core.cli.{place}", ""), line).loaded()

@@ -157,8 +157,10 @@ def _print_fields(way: str, fields: Sequence[Mapping[str, Any]]) -> None:
 
 def first_docstring_line(entry_point: EntryPoint, source: Path | None = None) -> str:
     """What the class says of itself; empty where the source can't be found or read. ``source``: its file, if known."""
+    if not entry_point.pattern.match(entry_point.value):  # of a broken plugin
+        return ""
     source, name = source or _source_of(entry_point.module), entry_point.attr
-    if source is None or not name:  # of a broken plugin, which names a module alone
+    if source is None or not name:  # of one that names a module alone
         return ""
     try:
         text = source.read_text("utf-8")

@@ -35,6 +35,8 @@ def load_configurer(
     if local is not None and local.unreadable is not None:
         its = local.unreadable
         raise broken(f"{its.file}:{its.line}: {its.message}", at=(its.file, its.line))
+    if not entry_point.pattern.match(entry_point.value):  # nothing more can be asked of it
+        raise broken(f"its entry point is '{entry_point.value}', which is no module:Class", _written_again(entry_point))
     error = failed_imports.get(entry_point.module)
     if error is None:
         try:  # an import may fail in any way, even by sys.exit()
@@ -96,8 +98,7 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, make_error: C
 def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str, CodeLine] | None:
     """What of an entry point's module and class is not there, the cure, and the line that asks for it; ``None`` if both
     are."""
-    written = f'{entry_point.name} = "{entry_point.value}"'
-    again = f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
+    again = _written_again(entry_point)
     if isinstance(error, ModuleNotFoundError) and error.name:
         if f"{entry_point.module}.".startswith(f"{error.name}."):
             cure = guess(entry_point.module, _modules_beside(entry_point.module))
@@ -111,6 +112,11 @@ def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, st
         message = f"its entry point names '{name}', which the module {entry_point.module} does not have"
         return f"{message} ({module.__file__})", _both(_configurer_meant(entry_point), again), NOWHERE
     return None
+
+
+def _written_again(entry_point: EntryPoint) -> str:
+    written = f'{entry_point.name} = "{entry_point.value}"'
+    return f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
 
 
 def _configurer_meant(entry_point: EntryPoint) -> str:

@@ -6,6 +6,7 @@ imported when a configuration uses it, and only then can it be broken.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -137,7 +138,7 @@ Identity: TypeAlias = tuple[str | None, str | None]
 
 def _installed(entry_point: EntryPoint, identity: Callable[[Distribution], Identity]) -> InstalledConnector:
     name, version = identity(entry_point.dist) if entry_point.dist else (None, None)
-    module = entry_point.module.partition(".")[0]
+    module = re.split("[.:]", entry_point.value)[0].strip()  # its own parts are not there where its words are none
     return InstalledConnector(entry_point.name, name or module, version or "", entry_point)
 
 

@@ -4,6 +4,7 @@ their messages don't have, limits without a standstill or without a place to beg
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator
 from typing import Any
 
@@ -241,6 +242,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
     safety = one.safety
     for handler in receivers(handlers):
         yield from _unstopped(one, handler)
+        yield from _on_the_loop(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
@@ -262,6 +264,26 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         cure = "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
         if message_type in (str, bytes):
             cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
+        yield one.problem(message, "safety", cure=cure)
+
+
+def acts_on_the_loop(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether its commands are carried out on the event loop."""
+    return inspect.iscoroutinefunction(type(handler).handle_data)
+
+
+def _on_the_loop(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It moves something on the event loop, which waits with it and for which it waits."""
+    kind, has_timeout = type(handler), timeout_of(one.safety, handler) is not None
+    is_leased = resource_of(one.safety, handler) is not None and not says_motion(kind)
+    moves = has_timeout or is_leased or handler.motion_fields or handler.position_fields
+    if moves and acts_on_the_loop(handler) and not isinstance(handler, RequestHandler):
+        message = (
+            f"connector '{one.config.label}' moves something in an `async def handle_data`: a call that blocks there "
+            "holds up the whole robot, its stop too, and between two awaits a safe action may run"
+        )
+        place = standing_at(kind.handle_data)
+        cure = f"write `def handle_data` in {kind.__name__}{place}, which runs on a thread of its own"
         yield one.problem(message, "safety", cure=cure)
 
 

@@ -242,36 +242,42 @@ class _Builder:
         """Without the keys in ``written``."""
         self._refuse_tag(node, place, "map")
         self._open.append(node)
-        document, result = self._document, dict[str, Any]()
+        result: dict[str, Any] = {}
         merged: list[yaml.Node] = []
         for key_node, value_node in node.value:
             if key_node.tag == f"{_TAG}merge":
                 merged += value_node.value if isinstance(value_node, yaml.SequenceNode) else [value_node]
                 continue
-            if not isinstance(key_node, yaml.ScalarNode):
-                document.problems.append(document.problem(place, "keys must be plain words", code="config.syntax"))
+            key = self._key(key_node, place)
+            if key is None or key in written:
                 continue
-            key = unmasked(key_node.value)
-            if key in written:
-                continue
-            where = (*place, key)
+            where, line = (*place, key), key_node.start_mark.line + 1
             if key in result:
-                first, again = document.lines[where], key_node.start_mark.line + 1
-                problem = Problem(
-                    f"'{key}' stands here twice, first in line {first}", "config.syntax", document.file, again,
-                    spelled(where), "remove one",
-                )  # fmt: skip
-                document.problems.append(problem)
+                self._refuse_twin(key, where, line)
                 continue
-            document.lines[where] = key_node.start_mark.line + 1
+            self._document.lines[where] = line
             result[key] = self._build(value_node, where)
-        taken = set(written).union(result) if merged else set()
+        taken = set(written).union(result) if merged else set()  # no copy for each of many mappings that merge none
         for source in merged:
             added = self._merged(source, place, taken)
             result |= added
             taken |= added.keys()
         self._open.pop()
         return result
+
+    def _key(self, node: yaml.Node, place: Place) -> str | None:
+        if isinstance(node, yaml.ScalarNode):
+            return unmasked(node.value)
+        problem = self._document.problem(place, "keys must be plain words", code="config.syntax")
+        self._document.problems.append(problem)
+        return None
+
+    def _refuse_twin(self, key: str, where: Place, line: int) -> None:
+        """The line is that of the second one; :meth:`YamlDocument.problem` would name the first."""
+        document = self._document
+        message = f"'{key}' stands here twice, first in line {document.lines[where]}"
+        problem = Problem(message, "config.syntax", document.file, line, spelled(where), "remove one")
+        document.problems.append(problem)
 
     def _merged(self, source: yaml.Node, place: Place, written: Collection[str]) -> dict[str, Any]:
         """``<<: *base``: keys that are written out win. What is looked at counts, also where it adds nothing."""

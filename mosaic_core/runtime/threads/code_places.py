@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
-from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.runtime.threads.error_words import said_by, words_of
 from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
 
 _CORE = f"{Path(__file__).parents[2]}{os.sep}"
@@ -22,7 +22,7 @@ def explained_error(error: BaseException) -> str:
     if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
         return error.message  # which begins with the place
     place = place_of(error)
-    return said_by(error) + (f" ({place})" if place and place not in str(error) else "")
+    return said_by(error) + (f" ({place})" if place and place not in words_of(error) else "")
 
 
 def place_of(error: BaseException) -> str:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.timing.failure_course import FailureCourse
-from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.runtime.threads.error_words import said_by, words_of
 from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.words.errors import DeviceGone, MosaicError
 
@@ -69,11 +69,11 @@ class Failures:
         """Note one failure; seconds until the restart."""
         is_absence = isinstance(error, DeviceGone)
         place = self._code.place_of(error)
-        reason = str(error) if is_absence else f"{type(error).__name__} at {place}"
+        reason = words_of(error) if is_absence else f"{type(error).__name__} at {place}"
         verdict = self._course.failed(reason, is_absence=is_absence, ran_for_s=ran_for_s, random_unit=random.random())
         self._next_try_at_s = time.monotonic() + verdict.delay_s
         self.last_code = failure_code(error)
-        self.last_error = str(error) if is_absence else said_by(error)
+        self.last_error = words_of(error) if is_absence else said_by(error)
         self.count += 1
         level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
         what = "" if is_absence else f" failed at {place}" if place else " failed"

@@ -60,6 +60,12 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
     ),
     "params": ("[NoParams]", "[dict]", 11, "its params are <class 'dict'>"),
     "leaves": ("class Beat(Message):", "import sys\nsys.exit(3)\nclass Beat(Message):", 4, "SystemExit: 3"),
+    "speechless": (
+        "class Beat(Message):",
+        "class Odd(Exception):\n    def __str__(self):\n        return 1 / 0\nraise Odd\nclass Beat(Message):",
+        6,
+        "Odd: it can't say what happened, for its __str__ raises ZeroDivisionError",
+    ),
     "declares": ("    count: int", "    count: int = 'none'\n    count_hz: undefined", 5, "NameError"),
     "configure": ("return Heart(self.label)", "return Heart(self.lable)", 15, "has no attribute 'lable'"),
     "init": (
@@ -86,6 +92,7 @@ MISLED = {
     "nomodule": ("acme_nowhere:Configurer", "its entry point names the module 'acme_nowhere', which is not installed"),
     "noclass": ("acme_noclass:Configurator", "its entry point names 'Configurator', which"),
     "noname": ("acme_noname", "is not a Configurer class"),
+    "nowords": ("acme_nowords Configurer", "its entry point is 'acme_nowords Configurer', which is no module:Class"),
 }
 """Sound code, and an entry point that leads elsewhere: what it names, what is said."""
 LATE = frozenset({"configure", "init", "nolabel", "samelabel"})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pytest
 
@@ -28,7 +28,9 @@ class Question(Message):
 
 
 def bare_configurer() -> None:
-    class Mine(DataChannelConfigurer): ...  # type: ignore[type-arg]
+    class Mine(DataChannelConfigurer):  # type: ignore[type-arg]
+        def configure(self) -> Any:
+            return self.params.port
 
 
 def two_params() -> None:
@@ -52,8 +54,8 @@ def picture_type() -> None:
     [
         (
             bare_configurer,
-            "it does not say what its params are.",
-            "Write `DataChannelConfigurer[YourParams]`, or `DataChannelConfigurer[NoParams]` if it takes none.",
+            "it reads its params, and does not say what they are.",
+            "Write `DataChannelConfigurer[YourParams]`.",
         ),
         (
             two_params,
@@ -93,7 +95,22 @@ def test_a_base_for_others_leaves_its_types_open() -> None:
     class Older(DataChannelConfigurer):  # type: ignore[type-arg]
         params_model = NoParams
 
-    assert (Mine.params_model, Older.params_model) == (NoParams, NoParams)
+        def configure(self) -> Any:
+            return self.params
+
+    class Reader(Mine):
+        def configure(self) -> Any:
+            return self.params
+
+    assert {Mine.params_model, Older.params_model, Reader.params_model} == {NoParams}
+
+
+def test_a_configurer_that_takes_no_params_needs_no_brackets() -> None:
+    class Mine(DataChannelConfigurer):  # type: ignore[type-arg]
+        def configure(self) -> Any:
+            return self.label
+
+    assert Mine.params_model is NoParams
 
 
 def test_a_handler_of_any_json_needs_no_types() -> None:

@@ -38,6 +38,21 @@ def failures(caplog: pytest.LogCaptureFixture) -> Failures:
     return Failures("gauge", lambda *failure: None, FailureCourse(SURE, SURE), PluginCode((Gauge("gauge"),)))
 
 
+class Speechless(DeviceGone):
+    def __str__(self) -> str:
+        raise KeyError("words")
+
+
+def test_an_error_that_cannot_say_what_happened_is_told_and_tried_again(failures: Failures) -> None:
+    said = "it can't say what happened, for its __str__ raises KeyError"
+    assert failures.failed(Speechless("gone"), 0.0) == 8.0
+    assert failures.last_error == said
+    odd = type("Odd", (ValueError,), {"__str__": Speechless.__str__})
+    assert failures.failed(odd(), 0.0) == 8.0
+    assert failures.last_error == f"Odd: {said}"
+    assert explained_error(odd()) == f"Odd: {said}"
+
+
 def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_back(
     failures: Failures, caplog: pytest.LogCaptureFixture
 ) -> None:
