@@ -186,8 +186,9 @@ class Configurer(TypeArguments, ABC, Generic[P]):
                     _check_model(cls, argument)
                     cls.params_model = argument
                 elif not isinstance(argument, TypeVar):
-                    message = f"its params are {argument!r}."
-                    raise wrong_declaration(cls, message, "Derive them from Params, so that they can be checked.")
+                    said = argument.__qualname__ if isinstance(argument, type) else repr(argument)
+                    message = f"its params are {said}, which is not derived from Params."
+                    raise wrong_declaration(cls, message, "Derive them from it, so that they can be checked.")
         _check_params_said(cls)
 
     @abstractmethod

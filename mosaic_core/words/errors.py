@@ -88,8 +88,7 @@ class Problem:
     cure: str = ""
 
     def __str__(self) -> str:
-        place = ":".join(str(part) for part in (self.file, self.line) if part)
-        where = f"{place}: " if place else ""
+        where = f"{place}: " if (place := _place(self)) else ""
         at = f"{self.path}: " if self.path else ""
         cure = f" ({self.cure})" if self.cure else ""
         return f"{where}{at}{self.message}{cure}"
@@ -103,9 +102,11 @@ def by_line(problems: Iterable[Problem]) -> tuple[Problem, ...]:
 def untold(problems: Iterable[Problem], told: Sequence[Problem]) -> tuple[Problem, ...]:
     """Those of ``problems`` whose line is neither that of one that is ``told``, nor named in its cure."""
     places, cures = {(one.file, one.line) for one in told}, " ".join(one.cure for one in told)
-    return tuple(
-        one for one in problems if (one.file, one.line) not in places and f"{one.file}:{one.line}: " not in cures
-    )
+    return tuple(one for one in problems if (one.file, one.line) not in places and f"{_place(one)}: " not in cures)
+
+
+def _place(problem: Problem) -> str:
+    return ":".join(str(part) for part in (problem.file, problem.line) if part)
 
 
 class ConfigError(MosaicError):

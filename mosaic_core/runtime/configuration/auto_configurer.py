@@ -186,7 +186,10 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
         return ()
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
-        return refused(f"configure() returned {made!r} instead of a handler", type(configurer).configure)
+        said, cure = repr(made), "return a handler, or a sequence of them"
+        if isinstance(made, type) and issubclass(made, Handler):
+            said, cure = f"the class {made.__name__}", f"return one of it: {made.__name__}(self.label, …)"
+        return refused(f"configure() returned {said} instead of a handler", type(configurer).configure, cure)
     unnamed = next(
         (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
     )

@@ -119,9 +119,18 @@ def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], docume
     if mistake["type"] == "missing":
         return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
     message, meant = expectation(mistake, str(place[-1]) if place else "", word)
-    cure = _description(model, loc) if mistake["type"] == "literal_error" else ""
+    cure = _description(model, loc) if mistake["type"] == "literal_error" else _form(mistake)
     got = "" if mistake["type"] in EXPLAINED else _shown(mistake["input"], place, document)
     return document.problem(place, message + got + _empty_references(place, document), cure=cure, guess=meant)
+
+
+def _form(mistake: ErrorDetails) -> str:
+    """How YAML writes what was expected, where a list and a mapping were taken for each other."""
+    is_list_wanted = mistake["type"] in ("list_type", "tuple_type", "set_type", "frozen_set_type")
+    if is_list_wanted and isinstance(mistake["input"], dict):
+        return "begin each entry with `- `"
+    is_mapping_wanted = mistake["type"] in ("dict_type", "model_type", "model_attributes_type")
+    return "write its keys without `- `" if is_mapping_wanted and isinstance(mistake["input"], list) else ""
 
 
 def _empty_references(place: Place, document: YamlDocument) -> str:

@@ -75,12 +75,14 @@ class LocalConnector:
         if isinstance(error, SyntaxError):
             name, line = error.filename or name, error.lineno
         place = ":".join(str(part) for part in (name, line) if part is not None)
-        return f"{place}: {said_by(error)}{self._sibling_meant_by(error)}", None, (name, line)
-
-    def _sibling_meant_by(self, error: BaseException) -> str:
         missing = error.name if isinstance(error, ModuleNotFoundError) else None
-        is_sibling = missing is not None and self.file.with_name(f"{missing}.py").is_file()
-        return f"; for the file beside it write `from .{missing} import …`" if is_sibling else ""
+        return f"{place}: {said_by(error)}", self._cure_of(missing) if missing else None, (name, line)
+
+    def _cure_of(self, missing: str) -> str:
+        """What to do about a module that is not there."""
+        if self.file.with_name(f"{missing}.py").is_file():
+            return f"for the file beside it write `from .{missing} import …`"
+        return f"install what has the module {missing}, or correct its name"
 
     @property
     def _package(self) -> str:

@@ -83,7 +83,8 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, make_error: C
         raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure})")
     missing = sorted(getattr(loaded, "__abstractmethods__", ()))
     if missing:
-        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}")
+        cure = f"write {' and '.join(f'{name}(self)' for name in missing)} in {loaded.__name__}"
+        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}", cure)
     model: object = loaded.params_model
     if not (isinstance(model, type) and issubclass(model, Params)):
         raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params")

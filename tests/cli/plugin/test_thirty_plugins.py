@@ -58,7 +58,7 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
         12,
         "written for API version 9",
     ),
-    "params": ("[NoParams]", "[dict]", 11, "its params are <class 'dict'>"),
+    "params": ("[NoParams]", "[dict]", 11, "its params are dict, which is not derived from Params"),
     "leaves": ("class Beat(Message):", "import sys\nsys.exit(3)\nclass Beat(Message):", 4, "SystemExit: 3"),
     "speechless": (
         "class Beat(Message):",

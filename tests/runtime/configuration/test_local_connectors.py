@@ -13,8 +13,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.local_connectors import LocalConnectors, connectors_beside
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing import connector, joined
@@ -150,16 +152,21 @@ def test_folders_of_two_robots_are_kept_apart(config: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("source", "line", "cause"),
+    ("source", "line", "cause", "cure"),
     [
-        ("\nimport nowhere_at_all", 2, "ModuleNotFoundError: No module named 'nowhere_at_all'"),
-        ("import driver", 1, "No module named 'driver'; for the file beside it write `from .driver import …`"),
-        ("from .driver import stop", 1, "SystemExit: bye"),
-        ("from .faulty import x", 1, "SyntaxError"),
+        (
+            "\nimport nowhere_at_all",
+            2,
+            "ModuleNotFoundError: No module named 'nowhere_at_all'",
+            "install what has the module nowhere_at_all, or correct its name",
+        ),
+        ("import driver", 1, "No module named 'driver'", "for the file beside it write `from .driver import …`"),
+        ("from .driver import stop", 1, "SystemExit: bye", "Mend the file that it names."),
+        ("from .faulty import x", 1, "SyntaxError", "Mend the file that it names."),
     ],
 )
 def test_a_file_that_does_not_import_is_told_with_line_and_cause_and_hinders_no_other(
-    resolver: Callable[..., ConnectorResolver], config: Path, source: str, line: int, cause: str
+    resolver: Callable[..., ConnectorResolver], config: Path, source: str, line: int, cause: str, cure: str
 ) -> None:
     bad = source + CONFIGURER.format(name="Bad", type="bad")
     known = resolver(arm=ARM, bad=bad, driver="import sys; sys.exit('bye')", faulty="def (")
@@ -169,7 +176,7 @@ def test_a_file_that_does_not_import_is_told_with_line_and_cause_and_hinders_no_
     name = "faulty" if "faulty" in source else "driver" if "stop" in source else "bad"
     assert f"{config.parent / 'connectors' / name}.py:{line}: " in caught.value.message
     assert cause in caught.value.message
-    assert (caught.value.code, caught.value.cure) == ("config.broken_local", "Mend the file that it names.")
+    assert (caught.value.code, caught.value.cure) == ("config.broken_local", cure)
     assert known.resolve("arm").connector_type == "arm"
 
 
@@ -253,6 +260,27 @@ def test_a_type_of_a_file_that_is_no_python_is_told_once_by_its_line(
         "connector type 'arm' of connectors/lamp.py can't be used: SyntaxError: '(' was never closed"
     )
     assert untold(known.local.problems, [problem]) == ()
+
+
+def test_a_file_that_cannot_be_read_is_told_once(resolver: Callable[..., ConnectorResolver], config: Path) -> None:
+    file = config.parent / "connectors" / "arm.py"
+    resolver(arm="")
+    file.write_bytes(b"\xff")
+    known = ConnectorResolver([], local=connectors_beside(config))
+    (problem,) = validate_file(config, resolver=known).problems
+    assert f"mend it: {file}: UnicodeDecodeError: " in problem.cure
+    assert untold(known.local.problems, [problem]) == ()
+
+
+def test_a_class_instead_of_a_handler_is_told_to_be_made(
+    resolver: Callable[..., ConnectorResolver], config: Path
+) -> None:
+    source = ARM.replace("return Arm(self.label, self.params)", "return Arm")
+    assert source != ARM
+    auto = AutoConfigurer(resolver=resolver(arm=source), plugins=hook_plugins([]))
+    (problem,) = auto.rehearse(validate_file(config, resolver=auto.resolver)).problems
+    assert problem.message.endswith("can't be made: configure() returned the class Arm instead of a handler")
+    assert problem.cure == "return one of it: Arm(self.label, …)"
 
 
 def test_a_type_that_is_nowhere_blames_no_broken_file_whose_types_are_known(
