@@ -83,7 +83,7 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
     "samelabel": (
         "return Heart(self.label)",
         "return [Heart(self.label), Heart(self.label)]",
-        6,
+        14,
         "makes two handlers of one label 'l",
     ),
 }
