@@ -336,7 +336,7 @@ def python_signatures() -> str:
         if not inspect.isclass(thing):
             lines += [_code(f"{name}{_signature(thing)}"), "", _first_sentence(thing), ""]
             continue
-        bases = ", ".join(one.__name__ for one in thing.__bases__ if one.__module__.startswith("mosaic_core"))
+        bases = ", ".join(one.__name__ for one in thing.__bases__ if one.__name__ in mosaic_core.__all__)
         lines += [f"{_first_sentence(thing)} {f'Derives from {bases}.' if bases else ''}".strip(), ""]
         rows = list(_members(thing))
         lines += ["| name | what |", "|---|---|", *rows, ""] if rows else []
@@ -368,7 +368,8 @@ _MANY_LETTERS = 40
 
 def _signature(function: Any) -> str:
     """As its author wrote it: annotations are texts there, and quoted nowhere else."""
-    return str(inspect.signature(function)).replace("'", "").replace("mappingproxy({})", "{}")
+    text = str(inspect.signature(function)).replace("'", "").replace("mappingproxy({})", "{}")
+    return re.sub(r"<function .*? at 0x[0-9a-f]+>", "…", text)
 
 
 def _first_sentence(thing: object) -> str:
