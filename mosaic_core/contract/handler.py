@@ -35,6 +35,7 @@ from mosaic_core.contract.declared.class_values import (
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.contract.declared.sent_sound import check_sound
+from mosaic_core.contract.declared.type_arguments import TypeArguments
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
@@ -47,14 +48,14 @@ from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import Refused as Refused
-from mosaic_core.words.limits import MOTION_KINDS, MotionKind
+from mosaic_core.words.limits import MOTION_KINDS
 from mosaic_core.words.safety_config import FieldBounds
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
 
 
-class Handler:
+class Handler(TypeArguments):
     """The base of all handlers. ``label`` is the name of the data channel or track."""
 
     runs: ClassVar[Runs] = "always"
@@ -193,15 +194,6 @@ def message_type_of(handler: type) -> Any:
                 if not isinstance(argument, TypeVar):
                     return argument
     return dict[str, Any]
-
-
-def _moving_numbers(message_type: Any, fields: MessageFields, kind: MotionKind) -> tuple[str, ...]:
-    """The fields that a message says are of this kind; of a list of positions ``path.*``."""
-    if not (isinstance(message_type, type) and issubclass(message_type, Message)):
-        return ()
-    lists = {one.path: one.every for one in fields.lists} if kind == "position" else {}
-    paths = [path for path, its in message_type.motion_kinds.items() if its == kind]
-    return tuple(lists.get(path, path) for path in paths if path in fields.numbers or path in lists)
 
 
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
@@ -364,12 +356,7 @@ class DataChannelReceivable(Handler, Generic[T]):
         cls.data_type = _data_type_of(cls, "u2r")
         check_lists(cls, message_type_of(cls))
         fields = _fields_of(cls)
-        named = {name for one in cls.__mro__ if one is not DataChannelReceivable for name in vars(one)}
-        velocities, positions = (_moving_numbers(message_type_of(cls), fields, kind) for kind in MOTION_KINDS)
-        if velocities and "motion_fields" not in named:
-            cls.motion_fields = tuple(one for one in velocities if one not in cls.position_fields)
-        if positions and "position_fields" not in named:
-            cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
+        _take_moving_fields(cls, fields)
         check_fields(cls, fields, cls.motion_fields, cls.position_fields)
         check_item_names(cls, fields, cls.item_names)
         check_said_safety(cls, cls)
@@ -381,6 +368,16 @@ def check_said_safety(cls: type[DataChannelReceivable[Any]], said: Any) -> None:
     check_bounds(cls, said.limits)
     check_resource(cls, said.resource)
     check_timeout(cls, said.timeout_s, has_safe_action=cls.make_safe is not DataChannelReceivable.make_safe)
+
+
+def _take_moving_fields(receiver: type[DataChannelReceivable[Any]], fields: MessageFields) -> None:
+    """What a class does not name itself, its message says: which numbers are velocities, and which positions."""
+    named = {name for one in receiver.__mro__ if one is not DataChannelReceivable for name in vars(one)}
+    velocities, positions = (fields.of_kind(kind) for kind in MOTION_KINDS)
+    if velocities and "motion_fields" not in named:
+        receiver.motion_fields = tuple(one for one in velocities if one not in receiver.position_fields)
+    if positions and "position_fields" not in named:
+        receiver.position_fields = tuple(one for one in positions if one not in receiver.motion_fields)
 
 
 def _fields_of(receiver: type[DataChannelReceivable[Any]]) -> MessageFields:

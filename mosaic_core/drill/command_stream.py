@@ -29,8 +29,9 @@ GRACE_S = 1.0
 class CommandStream:
     """Opened on the operator's link; :meth:`say` says anything."""
 
-    def __init__(self, who: DrillOperator, subject: DrilledReceiver, command: DrillCommand) -> None:
+    def __init__(self, rig: Rig, who: DrillOperator, subject: DrilledReceiver, command: DrillCommand) -> None:
         is_latest = subject.delivery is Delivery.LATEST
+        self._rig = rig
         self.who = who
         self.subject = subject
         self.command = command
@@ -90,7 +91,16 @@ class CommandStream:
         while not any(self.moves(act) for act in self.subject.recorder.commands_since(began_s)):
             if time.monotonic() - began_s > BEGIN_S:
                 raise ExerciseFailed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
+            await self.hold()
             await self.drive(self.period_s)
+
+    async def hold(self) -> None:
+        """Have the lease, where there is one to have: take it, also again where a machine that stood still for two
+        seconds let it expire before anything moved."""
+        resource = self.subject.safety.resource
+        if resource is not None and self.epoch == 0:
+            # Where the robot lost a commander before, whose lease lingers, this one is next.
+            await self.who.control.take(resource, wait_s=self._rig.lease_expiry_s + GRACE_S)
 
     def moves(self, act: Act) -> bool:
         """Whether a command that was carried out means motion; one that names a position does."""
@@ -134,10 +144,9 @@ async def opened(
     """Somebody connects, takes the lease if there is one to take, and may command; gone afterwards."""
     who = await rig.operator(role)
     try:
-        if holds and subject.safety.resource is not None:
-            # Where the robot lost a commander before, whose lease lingers, this one is next.
-            await who.control.take(subject.safety.resource, wait_s=rig.lease_expiry_s + GRACE_S)
-        stream = CommandStream(who, subject, await placed(rig, subject))
+        stream = CommandStream(rig, who, subject, await placed(rig, subject))
+        if holds:
+            await stream.hold()
         await stream.open()
         yield stream
     finally:

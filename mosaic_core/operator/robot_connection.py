@@ -332,11 +332,11 @@ class RobotConnection(RobotStores):
         self.control.ended(error, comes_back=comes_back)
         self._bindings.close(comes_back=comes_back)
         self._settled.set()
-        if comes_back:
-            self._streams.lost()
         if not comes_back:
             self.give_up(error)
-        elif self.state == "connected":
+            return
+        self._streams.lost()
+        if self.state == "connected":
             self.state = "reconnecting"
             self._interrupted.set()
 

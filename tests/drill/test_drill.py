@@ -19,7 +19,7 @@ from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
 from mosaic_core.drill.positions import elsewhere, in_words
-from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
+from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector, until
 from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.position_slew import PositionSlew
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -254,6 +254,19 @@ class Patient(Sled):
 async def test_who_drills_after_a_link_died_waits_until_its_lease_has_ended() -> None:
     found = await findings(sled(Patient), only=("disconnect", "leaves"))
     assert {name: one.verdict for name, one in found.items()} == {"disconnect": "passed", "leaves": "passed"}
+
+
+async def test_a_lease_that_ended_before_anything_moved_is_taken_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = CommandStream.open
+
+    async def loses(stream: CommandStream) -> None:
+        await opened(stream)
+        stream.who.control.release(stream.subject.safety.resource or "")
+        await until(lambda: stream.epoch == 0)
+
+    monkeypatch.setattr(CommandStream, "open", loses)
+    found = (await findings(sled(Sled), only=("reordered",)))["reordered"]
+    assert found.verdict == "passed", found
 
 
 async def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:

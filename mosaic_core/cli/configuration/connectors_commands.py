@@ -41,7 +41,8 @@ def list_types(
     from mosaic_core.cli.terminal.plain_table import print_table
 
     resolver = resolver_beside(HERE, is_wanted=True)
-    report_problems(resolver.local.problems, as_hints=True)
+    listed = {one.unreadable for one in resolver.local.connectors}
+    report_problems([one for one in resolver.local.problems if one not in listed], as_hints=True)
     if resolver.local.refusal:
         typer.echo(f"left out what stands in connectors/: {resolver.local.refusal}", err=True)
     rows = [
@@ -169,8 +170,10 @@ def _print_params(heading: str, rows: Iterable[Row], *, third: str = "default") 
 
 def first_docstring_line(entry_point: EntryPoint, source: Path | None = None) -> str:
     """What the class says of itself; empty where the source can't be found or read. ``source``: its file, if known."""
+    if not entry_point.pattern.match(entry_point.value):  # of a broken plugin
+        return ""
     source, name = source or _source_of(entry_point.module), entry_point.attr
-    if source is None or not name:  # of a broken plugin, which names a module alone
+    if source is None or not name:  # of one that names a module alone
         return ""
     try:
         text = source.read_text("utf-8")

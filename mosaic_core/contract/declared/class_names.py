@@ -33,6 +33,8 @@ VALUES: Mapping[str, str] = {
 """What the framework reads in the body of a class, and the base whose subclasses have it."""
 _COMMON = frozenset({"answer", "configure", "encoding", "example", "packet_codec", "trial"})
 """Words that an author may well mean otherwise where nothing of MOSAIC is called so."""
+_INSTEAD = (("messages", "frames", "sounds"), ("handle_data", "handle_sound"))
+"""Bodies that do the same, each of another base."""
 _IN_THE_FILE = "Write it in `safety:` of the robot's file, or as a default of the configurer's safety_model."
 _BY_THE_BASE = "Leave it out: it follows from the base and the type in its brackets."
 _OF_HANDLERS: Mapping[str, str] = {
@@ -71,9 +73,16 @@ def check_names(cls: type) -> None:
         if owner is not None:
             verb = "calls" if is_called else "reads"
             message = f"nobody {verb} its {name}{'()' if is_called else ''}."
-            cure = f"Derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
+            cure = f"derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
+            cure = f"Write {meant}(), or {cure}" if (meant := _meant_body(cls, name)) else f"D{cure[1:]}"
             raise wrong_declaration(cls, message, cure)
         _check_spelling(cls, name, BODIES if is_called else VALUES)
+
+
+def _meant_body(cls: type, name: str) -> str:
+    """What its base calls the body that is called ``name`` elsewhere; empty where it has none."""
+    alike = next((its for its in _INSTEAD if name in its), ())
+    return next((one for one in alike if hasattr(cls, one) and one not in vars(cls)), "")
 
 
 def _check_annotations(cls: type) -> None:
