@@ -157,6 +157,12 @@ async def test_nothing_is_asked_of_a_safe_action_alone(plugin: GoodPlugin) -> No
     assert (found.verdict, found.faults) == ("does not apply", ())
 
 
+async def test_what_moves_on_the_event_loop_is_told(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, "    def handle_data(", "    async def handle_data(")
+    (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
+    assert "Wheel moves in an `async def handle_data`" in found.faults[0].message
+
+
 @pytest.mark.parametrize("name", BREACHES)
 async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, name: str) -> None:
     file, old, new, told = BREACHES[name]

@@ -41,7 +41,8 @@ def list_types(
     from mosaic_core.cli.terminal.plain_table import print_table
 
     resolver = resolver_beside(HERE, is_wanted=True)
-    report_problems(resolver.local.problems, as_hints=True)
+    listed = {one.unreadable for one in resolver.local.connectors}
+    report_problems([one for one in resolver.local.problems if one not in listed], as_hints=True)
     if resolver.local.refusal:
         typer.echo(f"left out what stands in connectors/: {resolver.local.refusal}", err=True)
     rows = [

@@ -13,7 +13,7 @@ from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
 from mosaic_core.contract.declared.nested_models import models_at
 from mosaic_core.runtime.configuration.mistakes.choices import real_place, told_once
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
-from mosaic_core.words.errors import Problem, guess
+from mosaic_core.words.errors import Problem, guess, nearest
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -47,7 +47,7 @@ def validated(
         except ValidationError as error:
             mistakes = error.errors(include_url=False)
     problems = []
-    for mistake, word in told_once(mistakes, document, base):
+    for mistake, word in told_once(_without_misspelt(mistakes, model), document, base):
         place = real_place(mistake["loc"], document, base)
         if any(place[:length] in document.unknown for length in range(len(place) + 1)):
             continue
@@ -57,6 +57,13 @@ def validated(
         else:
             problems.append(_problem(mistake, place, model, document, word))
     return None, problems
+
+
+def _without_misspelt(mistakes: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
+    """Without what is only missing because its key is misspelt: that key is told, with the one that was meant."""
+    unknown = [one["loc"] for one in mistakes if one["type"] == "extra_forbidden"]
+    meant = {(*loc[:-1], nearest(str(loc[-1]), known_keys(model, loc[:-1]))) for loc in unknown}
+    return [one for one in mistakes if one["type"] != "missing" or one["loc"] not in meant]
 
 
 def sound_part(model: type[M], data: Any, document: YamlDocument, base: Place) -> M | None:

@@ -4,6 +4,7 @@ their messages don't have, limits without a standstill or without a place to beg
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator
 from typing import Any
 
@@ -24,7 +25,7 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     timeout_of,
     with_those_of_all,
 )
-from mosaic_core.runtime.threads.code_places import standing_at
+from mosaic_core.runtime.threads.code_places import code_of, standing_at
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import Problem, guess
 from mosaic_core.words.limits import FieldLimit, ImpossibleLimit, MotionKind, clashes
@@ -53,10 +54,10 @@ def _idle_resource(one: CheckedConnector, found: list[DataChannelReceivable[Any]
     for handler in found:
         if _names_idle_resource(safety, handler):
             kind = type(handler)
-            whose = f"connector '{one.config.label}' of {one.installed.source}: {kind.__name__}{standing_at(kind)}"
+            whose = f"connector '{one.config.label}' of {one.installed.source}: {kind.__name__}"
             cure = f"write requires_lease = True in {kind.__name__}, or remove its resource"
             message = f"{whose} needs no lease, so that its resource '{handler.resource}' guards nothing"
-            yield one.broken(message, cure=cure)
+            yield one.broken(message, cure=cure, at=code_of(kind))
 
 
 def _names_idle_resource(safety: SafetyConfig, handler: DataChannelReceivable[Any]) -> bool:
@@ -113,18 +114,31 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
         own = kind_for(handler, one.safety, field)
         if own is not None and bounds.kind not in (None, own):
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
-            yield field, _limit_problem(one, message, field, "kind", cure="remove `kind`")
+            yield field, _limit_problem(one, handler, message, field, "kind", cure="remove `kind`")
             bounds = bounds.model_copy(update={"kind": None})
         kind = own or kind_of(field, bounds, fields, handler.motion_fields, handler.position_fields)
         wrongs, limit = _sound_limit(field, bounds, kind)
         for wrong in wrongs:
             bad.add(field)
-            keys = (wrong.key,) if wrong.key else ()
-            yield field, _limit_problem(one, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
+            key, cure = _half_of_the_class(one, handler, field, bounds, wrong) or (wrong.key, wrong.cure)
+            keys = (key,) if key else ()
+            yield field, _limit_problem(one, handler, f"connector '{label}': {wrong}", field, *keys, cure=cure)
         found += [limit] if limit is not None else []
     for field, message in clashes((*one.safety.field_limits(), *found)):
         cure = "write limits that can be kept together"
-        yield field, _limit_problem(one, f"connector '{label}': {message}", field, cure=cure)
+        yield field, _limit_problem(one, handler, f"connector '{label}': {message}", field, cure=cure)
+
+
+def _half_of_the_class(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], field: str, bounds: FieldBounds, wrong: ImpossibleLimit
+) -> tuple[str, str] | None:
+    """Key and cure where the file bounds one side alone, beyond what its class says of the other: nothing to swap."""
+    said = one.safety.limits.get(field)
+    if said is None or not wrong.is_order or (said.min is None) == (said.max is None):
+        return None
+    key, other, word = ("min", "max", "most") if said.max is None else ("max", "min", "least")
+    kind, bound = type(handler).__name__, getattr(bounds, other)
+    return key, f"{other} {bound:g} is of {kind}: write a {key} of at {word} {bound:g}, or a {other} of your own"
 
 
 def _sound_limit(field: str, bounds: FieldBounds, kind: MotionKind) -> tuple[list[ImpossibleLimit], FieldLimit | None]:
@@ -142,11 +156,13 @@ def _sound_limit(field: str, bounds: FieldBounds, kind: MotionKind) -> tuple[lis
             return wrongs, None if wrongs else limit
 
 
-def _limit_problem(one: CheckedConnector, message: str, field: str, *key: str, cure: str) -> Problem:
+def _limit_problem(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], message: str, field: str, *key: str, cure: str
+) -> Problem:
     """At the limit of the file, else whose class has it."""
     if field in one.safety.limits:
         return one.problem(message, "safety", "limits", field, *key, cure=cure)
-    return one.broken(message, cure=cure)
+    return one.broken(message, cure=cure, at=code_of(type(handler)))
 
 
 def _zero_problems(one: CheckedConnector, effective: ReceiverSafety, *, has_fields: bool) -> Iterator[Problem]:
@@ -170,13 +186,14 @@ def _rate_problems(
     if reports_position(handler):
         yield from _unasked_reports(one, handler, effective)
         return
-    for limit in effective.limits:
-        if limit.max_rate_per_s is None:
-            continue
-        name = " and ".join(limit.fields)
-        message = f"connector '{one.config.label}' does not report where '{name}' is, so a rate can't begin anywhere"
-        cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
-        yield _limit_problem(one, message, name, "max_rate_per_s", cure=cure)
+    fields = [" and ".join(limit.fields) for limit in effective.limits if limit.max_rate_per_s is not None]
+    if not fields:
+        return
+    names, are = " and ".join(map(repr, fields)), "is" if len(fields) == 1 else "are"
+    message = f"connector '{one.config.label}' does not report where {names} {are}, so a rate can't begin anywhere"
+    cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
+    named = next((field for field in fields if field in one.safety.limits), fields[0])
+    yield _limit_problem(one, handler, message, named, "max_rate_per_s", cure=cure)
 
 
 def _unasked_reports(
@@ -196,7 +213,7 @@ def _unasked_reports(
         )
         kind = type(handler).__name__
         cure = f"write `kind: position` and max_rate_per_s, name it in position_fields of {kind}, or drop its report"
-        yield _limit_problem(one, message, name, cure=cure)
+        yield _limit_problem(one, handler, message, name, cure=cure)
 
 
 def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], fields: set[str]) -> Iterator[Problem]:
@@ -211,7 +228,8 @@ def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], 
     for field in sorted(field for field in fields - twice if not known.has(field)):
         cure = guess(field, known.names, f"they have: {', '.join(known.names)}")
         message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
-        yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
+        message = f"{message}, a number that its messages don't have: nothing would limit it"
+        yield one.broken(message, cure=cure, at=code_of(type(handler)))
 
 
 def says_motion(kind: type[DataChannelReceivable[Any]]) -> bool:
@@ -224,6 +242,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
     safety = one.safety
     for handler in receivers(handlers):
         yield from _unstopped(one, handler)
+        yield from _on_the_loop(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
@@ -245,6 +264,26 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         cure = "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
         if message_type in (str, bytes):
             cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
+        yield one.problem(message, "safety", cure=cure)
+
+
+def acts_on_the_loop(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether its commands are carried out on the event loop."""
+    return inspect.iscoroutinefunction(type(handler).handle_data)
+
+
+def _on_the_loop(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It moves something on the event loop, which waits with it and for which it waits."""
+    kind, has_timeout = type(handler), timeout_of(one.safety, handler) is not None
+    is_leased = resource_of(one.safety, handler) is not None and not says_motion(kind)
+    moves = has_timeout or is_leased or handler.motion_fields or handler.position_fields
+    if moves and acts_on_the_loop(handler) and not isinstance(handler, RequestHandler):
+        message = (
+            f"connector '{one.config.label}' moves something in an `async def handle_data`: a call that blocks there "
+            "holds up the whole robot, its stop too, and between two awaits a safe action may run"
+        )
+        place = standing_at(kind.handle_data)
+        cure = f"write `def handle_data` in {kind.__name__}{place}, which runs on a thread of its own"
         yield one.problem(message, "safety", cure=cure)
 
 

@@ -24,7 +24,10 @@ def said_by(error: BaseException) -> str:
     if speechless := _speechless(error):
         return f"{type(error).__name__}: {speechless}"
     meant = _attribute_meant(error) or import_meant(error)
-    return f"{type(error).__name__}: {_refused_values(error) or error}{meant}"
+    said = (
+        error.msg if isinstance(error, SyntaxError) else _refused_values(error) or error
+    )  # the place is told by itself
+    return f"{type(error).__name__}: {said}{meant}"
 
 
 def words_of(error: BaseException) -> str:

@@ -17,6 +17,9 @@ from mosaic_core.words.errors import DeviceGone, MosaicError
 
 logger = logging.getLogger(__name__)
 
+_TOLD_IN_FULL = "plugin.wrong_message"
+"""The code of errors that the framework raises with the author's line: the way to it is the framework's alone."""
+
 TellFailed = Callable[[str, BaseException, float], object]
 """``(label, error, restart_in_s)``; called on the handler's thread."""
 
@@ -25,6 +28,13 @@ def failure_code(error: BaseException) -> str:
     """The ``plugin.*`` code that a plugin gave its error, else the general one."""
     code = error.code if isinstance(error, MosaicError) else ""
     return code if code.startswith("plugin.") else "plugin.failed"
+
+
+def _away(error: BaseException) -> str:
+    """What an author may not know who lets the system's own error pass."""
+    if isinstance(error, DeviceGone) or not isinstance(error, OSError):
+        return ""
+    return "; if its device may be away, raise DeviceGone there: one quiet line, and quick tries"
 
 
 class Failures:
@@ -67,8 +77,8 @@ class Failures:
         self.count += 1
         level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
         what = "" if is_absence else f" failed at {place}" if place else " failed"
-        trace = None if is_absence or not verdict.is_news else error
-        told = (self._label, what, self.last_error, self.last_code, verdict.delay_s)
+        trace = None if is_absence or not verdict.is_news or self.last_code == _TOLD_IN_FULL else error
+        told = (self._label, what, self.last_error + _away(error), self.last_code, verdict.delay_s)
         fields = {"label": self._label, "code": self.last_code}
         logger.log(level, "connector %r%s: %s (%s); tries again in %.1f s", *told, extra=fields, exc_info=trace)
         self._tell(self._label, error, verdict.delay_s)

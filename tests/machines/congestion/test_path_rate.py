@@ -251,6 +251,13 @@ def test_a_short_queue_that_stands_drains_because_a_little_less_is_sent() -> Non
     assert viewer.rate.paused_until_s < viewer.now_s
 
 
+def test_a_queue_of_30_ms_is_none() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    assert viewer.hear(10, queue_s=0.03, path_bps=1e6).rate.budget_bps == before_bps
+    assert viewer.hear(5, queue_s=0.031, path_bps=1e6).rate.budget_bps < before_bps
+
+
 def test_a_short_queue_that_stays_although_less_is_sent_is_how_that_path_is() -> None:
     viewer = Viewer().hear(20, trains_bps=20e6).hear(20, queue_s=0.04, path_bps=1e6)
     eased_bps = viewer.rate.budget_bps

@@ -237,6 +237,15 @@ def test_pictures_lost_again_and_again_count() -> None:
     assert rate.budget_bps < START_BPS
 
 
+def test_of_lost_pictures_the_last_three_count_whenever_others_were_lost() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    for at_s in (0.0, 10.0, 20.0, 22.0):
+        rate.handle(PictureLost(), at_s)
+    assert rate.budget_bps == START_BPS
+    rate.handle(PictureLost(), 23.0)
+    assert rate.budget_bps < START_BPS, "three within three seconds"
+
+
 def test_a_lost_picture_now_and_then_is_no_congestion() -> None:
     rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
     for number in range(20):
@@ -261,6 +270,17 @@ def test_silence_backs_off_but_only_while_something_is_sent() -> None:
         now_s = sending(unheard, 0.5, now_s)
         unheard.tick(now_s)
     assert unheard.budget_bps == MIN_BPS
+
+
+def test_silence_of_four_seconds_backs_off_and_again_every_two_seconds() -> None:
+    rate, cut_at_s = RateControl(MIN_BPS, MAX_BPS, 0.0), []
+    for half_s in range(1, 18):
+        before_bps = rate.budget_bps
+        rate.sent(rate.budget_bps // 16, half_s / 2)
+        rate.tick(half_s / 2)
+        if rate.budget_bps < before_bps:
+            cut_at_s.append(half_s / 2)
+    assert cut_at_s == [4.0, 6.0, 8.0]
 
 
 def test_other_limits_hold_at_once() -> None:

@@ -18,7 +18,7 @@ from mosaic_core.runtime.configuration.folder_trust import doubt_about
 from mosaic_core.runtime.configuration.local_connectors import LocalConnectors, connectors_beside
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing import connector, joined
-from mosaic_core.words.errors import MosaicError, PluginError
+from mosaic_core.words.errors import MosaicError, PluginError, untold
 
 ARM = '''
 from collections.abc import Iterator
@@ -114,8 +114,8 @@ def test_a_file_that_does_not_import_is_run_and_told_once_for_all_its_types(
     config.write_text("connectors:\n  - { type: one, label: one }\n  - { type: two, label: two }\n")
     with caplog.at_level(logging.WARNING):
         (problem,) = validate_file(config, resolver=known).problems
-    assert (problem.line, problem.code) == (2, "config.broken_local")
-    assert "day_one.py:2: ModuleNotFoundError" in problem.message
+    assert (Path(problem.file).name, problem.line, problem.code) == ("day_one.py", 2, "config.broken_local")
+    assert problem.message.endswith("can't be used: ModuleNotFoundError: No module named 'nowhere_at_all'")
     assert (tmp_path / "runs").read_text() == "x"
     assert [one for one in caplog.messages if "runs code" in one] == [f"runs code of {tmp_path}/connectors/day_one.py"]
     with pytest.raises(PluginError, match=r"type 'two' of .*day_one\.py:2: ModuleNotFoundError"):
@@ -216,7 +216,7 @@ def test_what_cannot_be_a_connector_is_told_with_its_line(
 @pytest.mark.parametrize(
     ("source", "line", "mistake"),
     [
-        ("\ndef (", 2, "SyntaxError: invalid syntax (its connectors are left out)"),
+        ("\ndef (", 2, "SyntaxError: invalid syntax (mend it; until then its connectors are left out)"),
         (
             "class A(Configurer):\n    connecter_type = 'arm'",
             2,
@@ -231,6 +231,39 @@ def test_a_type_that_nobody_knows_is_told_with_the_mistake_of_the_file_that_may_
     assert (problem.code, problem.message) == ("config.unknown_type", "no connector type 'arm'")
     file = config.parent / "connectors" / "arm.py"
     assert problem.cure == f"If 'arm' is of a file beside the configuration, mend it: {file}:{line}: {mistake}"
+
+
+LAMP = """from mosaic_core import DataChannelConfigurer, NoParams
+
+class Lamp(DataChannelConfigurer[NoParams]):
+    connector_type = "arm"
+    def configure(self:
+        pass
+"""
+
+
+def test_a_type_of_a_file_that_is_no_python_is_told_once_by_its_line(
+    resolver: Callable[..., ConnectorResolver], config: Path
+) -> None:
+    known = resolver(lamp=LAMP)
+    (problem,) = validate_file(config, resolver=known).problems
+    file = str(config.parent / "connectors" / "lamp.py")
+    assert (problem.file, problem.line, problem.code) == (file, 5, "config.broken_local")
+    assert problem.message == (
+        "connector type 'arm' of connectors/lamp.py can't be used: SyntaxError: '(' was never closed"
+    )
+    assert untold(known.local.problems, [problem]) == ()
+
+
+def test_a_type_that_is_nowhere_blames_no_broken_file_whose_types_are_known(
+    resolver: Callable[..., ConnectorResolver], config: Path
+) -> None:
+    config.write_text("connectors: [{ type: lapm, label: lamp }]\n")
+    known = resolver(arm=ARM, broken=LAMP.replace('"arm"', '"fan"'), lamp=CONFIGURER.format(name="Lamp", type="lamp"))
+    (problem,) = validate_file(config, resolver=known).problems
+    assert problem.cure.startswith("did you mean 'lamp'? ")
+    assert "broken.py" not in problem.cure
+    assert [Path(one.file).name for one in untold(known.local.problems, [problem])] == ["broken.py"]
 
 
 def test_bases_that_others_inherit_and_files_of_other_things_are_left_alone(

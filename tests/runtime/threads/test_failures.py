@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -65,6 +66,21 @@ def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_bac
         ("INFO", "connector 'gauge' is back", None),
         ("WARNING", "connector 'gauge': it is busy (plugin.no_device); tries again in 8.0 s", None),
     ]
+
+
+def test_an_error_of_the_system_names_what_is_quiet(failures: Failures, caplog: pytest.LogCaptureFixture) -> None:
+    failures.failed(raised(Path("/nowhere/at/all").read_text), 0.0)
+    assert "No such file or directory: '/nowhere/at/all'; if its device may be away, raise DeviceGone" in caplog.text
+    assert "DeviceGone" not in failures.last_error
+
+
+def test_what_the_framework_raises_with_the_authors_line_has_no_traceback(
+    failures: Failures, caplog: pytest.LogCaptureFixture
+) -> None:
+    failures.failed(raised(lambda: Gauge("gauge").send(5)), 0.0)
+    (record,) = caplog.records
+    assert f"Gauge ({__file__}:" in record.message
+    assert record.exc_info is None
 
 
 def test_an_error_is_logged_once_with_the_plugins_own_line_and_its_traceback(
