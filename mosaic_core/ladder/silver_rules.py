@@ -22,8 +22,8 @@ from mosaic_core.ladder.lives import absent_device_errors, is_absence, lived
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import CORE_FOLDER, place_of_class, place_of_field
+from mosaic_core.runtime.configuration.mistakes.guard_hints import acts_on_the_loop, says_motion
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.configuration.safety_problems import acts_on_the_loop, says_motion
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import hint_at

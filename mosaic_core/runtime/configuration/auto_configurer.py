@@ -31,10 +31,11 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
+from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
 from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by, unmade
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
-from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
+from mosaic_core.runtime.configuration.safety_problems import safety_problems
 from mosaic_core.runtime.threads.code_places import code_of, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
