@@ -57,6 +57,14 @@ def test_where_pictures_come_through_much_faster_it_grows_quickly() -> None:
     assert Viewer().hear(40, trains_bps=20e6).rate.budget_bps == MAX_BPS
 
 
+@pytest.mark.parametrize(("room", "per_second"), [(1.31, 1.6), (1.3, 1.25), (1.12, 1.25), (1.1, 1.0), (0.5, 1.0)])
+def test_it_grows_by_how_much_faster_pictures_come_through_than_it_sends(room: float, per_second: float) -> None:
+    viewer = Viewer().hear(10, trains_bps=START_BPS)
+    assert viewer.rate.budget_bps == START_BPS
+    grown = viewer.hear(1, trains_bps=room * START_BPS).rate.budget_bps / START_BPS
+    assert grown == pytest.approx(per_second**REPORT_S, rel=1e-5)
+
+
 def test_where_that_is_not_known_it_grows_all_the_same() -> None:
     assert Viewer().hear(50).rate.budget_bps > 2 * START_BPS
 
@@ -241,6 +249,13 @@ def test_a_short_queue_that_stands_drains_because_a_little_less_is_sent() -> Non
     assert viewer.hear(4, queue_s=0.04, path_bps=1e6).rate.budget_bps == before_bps
     assert viewer.hear(1, queue_s=0.04, path_bps=1e6).rate.budget_bps == 850_000
     assert viewer.rate.paused_until_s < viewer.now_s
+
+
+def test_a_queue_of_30_ms_is_none() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    assert viewer.hear(10, queue_s=0.03, path_bps=1e6).rate.budget_bps == before_bps
+    assert viewer.hear(5, queue_s=0.031, path_bps=1e6).rate.budget_bps < before_bps
 
 
 def test_a_short_queue_that_stays_although_less_is_sent_is_how_that_path_is() -> None:
