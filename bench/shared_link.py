@@ -52,6 +52,11 @@ class Condition:
     format: tuple[tuple[int, int], float] = SMALL
     robots: int = 1
     late: int = 0
+    sensor_bps: float = 0.0
+
+    @property
+    def is_of_ours_alone(self) -> bool:
+        return self.late > 0 or self.sensor_bps > 0.0
 
 
 CONDITIONS = (
@@ -65,6 +70,7 @@ CONDITIONS = (
     Condition("beside a TCP download", "tcp", 3, 1, LARGE),
     Condition("beside a bulk transfer", "bulk", 1, 1),
     Condition("beside a bulk transfer", "bulk", 3, 1, LARGE),
+    Condition("beside a sensor of 0.3 Mbit/s", "data", 1, 1, sensor_bps=300_000),
     Condition("a camera joins", "joins", 1, 2, late=1),
     Condition("two robots", "robots", 1, 1, robots=2),
 )
@@ -151,7 +157,7 @@ async def measured(condition: Condition, way: str, seconds: float, playwright: A
                 for one in (link.operator, link.robot)[: 2 if way == "Chromium" else 1]
             ]
             cameras = [
-                Cameras(way, condition.count, *condition.format, late=condition.late, seed=number + 1)
+                Cameras(way, condition.count, *condition.format, condition.late, number + 1, condition.sensor_bps)
                 for number in range(condition.robots)
             ]
             robots = [await stack.enter_async_context(watched(link, browsers[0], browsers[-1], one)) for one in cameras]
@@ -184,14 +190,14 @@ async def _measured(condition: Condition, link: SharedLink, robots: Sequence[Wat
 
 
 async def _others_bytes(robots: Sequence[Watched], download: Download | None) -> int:
-    """Of the download or of the bulk transfer."""
+    """Of the download, the bulk transfer or the sensor."""
     return download.received if download else await robots[0].transferred_bytes()
 
 
 def cells(condition: Condition, found: Measured) -> list[str]:
     ages, link_bytes = found.ages(), condition.rate_mbps * 1e6 / 8 * found.seconds
     more = ""
-    if condition.part in ("tcp", "bulk"):
+    if condition.part in ("tcp", "bulk", "data"):
         more = f"pictures have {100 * (found.used - found.others_bytes / link_bytes):.0f} % of the link"
     elif condition.part == "robots":
         more = "pictures of each: " + " : ".join(str(len(one)) for one in found.cameras)
@@ -216,7 +222,7 @@ async def measure(asked: argparse.Namespace, console: Console) -> None:
         table.add_column(name)
     async with async_playwright() as playwright:
         for condition in (one for one in CONDITIONS if one.part in asked.only):
-            for way in (one for one in asked.ways if one == "ours" or not condition.late):
+            for way in (one for one in asked.ways if one == "ours" or not condition.is_of_ours_alone):
                 link = f"{condition.name}, {condition.format[0][1]}p on {condition.rate_mbps:g} Mbit/s"
                 try:
                     found = await measured(condition, way, asked.seconds, playwright, program)

@@ -20,13 +20,15 @@ from shared_bench.noise import NoiseCamera
 
 PATIENCE_S = 40.0
 CUT = "cut"
+READING_S = 0.02
 MESSAGE, FULL_BYTES = bytes(16 * 1024), 64 * 1024
 """Of a bulk transfer: so much waits for the network."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cameras:
-    """What a robot films. ``late``: so many of them are asked for by an order only, as when somebody opens a card."""
+    """What a robot films. ``late``: so many of them are asked for by an order only, as when somebody opens a card;
+    ``sensor_bps``: of ordinary data beside them."""
 
     sender: str
     count: int
@@ -34,6 +36,7 @@ class Cameras:
     fps: float
     late: int = 0
     seed: int = 1
+    sensor_bps: float = 0.0
 
 
 class CamerasProcess:
@@ -117,7 +120,7 @@ class OurCameras:
 
         labels = [f"camera{number}" for number in range(cameras.count)]
         self._streams = {label: SharedVideo(label, EncodingParams(), ConnectorCounters()) for label in labels}
-        self._listener = CameraListener(self._streams, later=labels[cameras.count - cameras.late :])
+        self._listener = SensorListener(cameras.sensor_bps, self._streams, later=labels[cameras.count - cameras.late :])
         self._answerer = AiortcAnswerer(self._listener, ())
         self._bulk = AiortcAnswerer(FloodListener(self._listener.congestion), ())
         self.watch = self._listener.watch
@@ -133,10 +136,33 @@ class OurCameras:
         return lambda image, at_s: stream.offer(Captured(image, at_s))
 
     async def close(self) -> None:
+        self._listener.end()
         await self._bulk.close()
         await self._answerer.close()
         for stream in self._streams.values():
             stream.close()
+
+
+class SensorListener(CameraListener):
+    """Sends readings on the one channel of the viewer, beside the pictures."""
+
+    def __init__(self, bps: float, *words: Any, **more: Any) -> None:
+        super().__init__(*words, **more)
+        self._reading = bytes(round(bps / 8 * READING_S))
+        self._sending: asyncio.Task[None] | None = None
+
+    def channel_opened(self, channel: Any) -> None:
+        self._sending = asyncio.ensure_future(self._send(channel))
+
+    def end(self) -> None:
+        if self._sending is not None:
+            self._sending.cancel()
+
+    async def _send(self, channel: Any) -> None:
+        while True:
+            if channel.is_open:
+                channel.send(self._reading)
+            await asyncio.sleep(READING_S)
 
 
 class FloodListener:

@@ -16,8 +16,10 @@
     video.requestVideoFrameCallback(note)
   }
 
-  window.offerToWatch = async (count) => {
+  window.offerToWatch = async (count, hasSensor) => {
     const peer = (window.peer = new RTCPeerConnection())
+    window.sensorBytes = 0
+    if (hasSensor) peer.createDataChannel('sensor').onmessage = ({ data }) => (window.sensorBytes += data.byteLength ?? data.size)
     window.displayed = []
     for (let number = 0; number < count; number++) {
       peer.addTransceiver('video', { direction: 'recvonly' })

@@ -80,7 +80,7 @@ class Watched:
         await self.page.evaluate("(sdp) => window.bulk.setRemoteDescription({ type: 'answer', sdp })", answer)
 
     async def transferred_bytes(self) -> int:
-        return int(await self.page.evaluate("() => window.bulkBytes ?? 0"))
+        return int(await self.page.evaluate("() => window.bulkBytes ?? window.sensorBytes"))
 
     async def take(self) -> list[list[Displayed]]:
         """What each camera has displayed since the last call."""
@@ -97,7 +97,9 @@ async def watched(link: SharedLink, operator: Any, robot: Any, cameras: Cameras)
     try:
         await page.evaluate(SCRIPTS)
         clock = await page_clock(page)
-        offer = await page.evaluate("(count) => window.offerToWatch(count)", cameras.count)
+        offer = await page.evaluate(
+            "([count, has]) => window.offerToWatch(count, has)", [cameras.count, cameras.sensor_bps > 0]
+        )
         answer = await sender.answer(from_the_full_rate(offer))
         await page.evaluate("(sdp) => window.peer.setRemoteDescription({ type: 'answer', sdp })", answer)
         wanted, ends_at_s = cameras.count - cameras.late, time.monotonic() + FIRST_PICTURE_S
