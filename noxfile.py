@@ -1,12 +1,13 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s lint | checks (types | docs | dashboard) | tests | e2e | screenshots | bench | mutants | demo
+nox -s lint | checks (types | docs | dashboard | ros) | tests | e2e | screenshots | bench | mutants | demo
 nox -s lock | audit | changelog | build
 """
 
 from __future__ import annotations
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -40,8 +41,11 @@ COMPUTING = ("architecture", "contract", "distributions", "docs", "machines", "m
 """Folders of tests that wait for nobody, but for those of real peers there: they may get what others leave."""
 IS_WHOLE = {"tests", "e2e"} <= set(sys.argv)
 """Whether both are asked for in one run, as `./dev test` does: then the latter has time for those of the former."""
-CHECKS = ("dashboard", "types", "docs")
+CHECKS = ("dashboard", "types", "docs", "ros")
 """The longest first."""
+ROS = ROOT / ".nox" / "ros"
+ROS_MACHINE = ("linux", "x86_64")
+"""For which there are wheels of ROS."""
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
@@ -59,7 +63,9 @@ def tests(session: nox.Session) -> None:
     left = [f"--ignore={name}" for name in _computing()] if IS_WHOLE else []
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
-    elif _may_make_networks():
+        return
+    ros(session)
+    if _may_make_networks():
         _test(session, "not e2e", *left, "--own-networks", str(WORKERS))
     else:
         _test(session, f"not e2e and not ({REAL_PEERS})", *SIDE_BY_SIDE, *left)
@@ -126,6 +132,18 @@ def docs(session: nox.Session) -> None:
         PYTHON, "docs/generate_reference.py", *(["--check"] if "--check" in session.posargs else []), external=True
     )
     session.run(PYTHON, "docs/build_site.py", external=True)
+
+
+@nox.session
+def ros(session: nox.Session) -> None:
+    """A Python with nodes of ROS itself in `.nox/ros`, beside which tests run connectors; again only when its lock or
+    the version of Python changed."""
+    stamp, wanted = ROS / ".mosaic-installed", sys.version + (ROOT / "locks" / "ros.txt").read_text()
+    if (sys.platform, platform.machine()) != ROS_MACHINE or (stamp.exists() and stamp.read_text() == wanted):
+        return
+    session.run(PYTHON, "-m", "venv", "--clear", "--without-pip", str(ROS), external=True)
+    _locked(session, "ros", "--python", str(ROS / "bin" / "python"))
+    stamp.write_text(wanted)
 
 
 @nox.session
@@ -209,10 +227,10 @@ def _told(words: list[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
-def _locked(session: nox.Session, lock: str) -> None:
+def _locked(session: nox.Session, lock: str, *options: str) -> None:
     """What of `locks/` only few sessions need, installed by the first of them."""
-    words = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--require-hashes", "--requirement"]
-    session.run(PYTHON, *words, f"locks/{lock}.txt", external=True)
+    words = ["-m", "pip", *options, "install", "--quiet", "--disable-pip-version-check", "--require-hashes"]
+    session.run(PYTHON, *words, "--requirement", f"locks/{lock}.txt", external=True)
 
 
 def _with_mark(*marks: str) -> list[str]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
         MediaTrackConfigurer,
         Shared,
     )
+    from mosaic_core.contract.devices.keeper import Keeper
     from mosaic_core.contract.handler import (
         AudioReceivable,
         AudioTrackHandler,
@@ -75,6 +76,7 @@ __all__ = [
     "EncodingParams",
     "FieldBounds",
     "Handler",
+    "Keeper",
     "MediaTrackConfigurer",
     "MediaTrackHandler",
     "Message",
@@ -96,8 +98,9 @@ __all__ = [
     "unit",
 ]
 
-_PLACES = ("contract.configurer", "contract.handler", "contract.hooks", "contract.host", "contract.media",
-           "contract.params", "contract.request_handler", "contract.sound",
+_PLACES = ("contract.configurer", "contract.devices.keeper", "contract.handler",
+           "contract.hooks", "contract.host", "contract.media", "contract.params", "contract.request_handler",
+           "contract.sound",
            "words.data_type", "words.delivery", "words.errors", "words.safety_config",
            "runtime.configuration.resolver", "runtime.configuration.auto_configurer",
            "cli.robot.run_command")  # fmt: skip

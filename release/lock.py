@@ -15,7 +15,7 @@ from pathlib import Path
 from release.requirements import LOCKS, ROOT, SETS, wanted
 from release.wheels import BUILT, missing_wheels
 
-BOUNDED_BY = {"runtime": "", "dev": "runtime", **dict.fromkeys(("release", "mutants", "node", "pip", "lock"), "dev")}
+BOUNDED_BY = {"runtime": "", **{lock: "runtime" if lock == "dev" else "dev" for lock in SETS if lock != "runtime"}}
 """By which lock each is bounded, so that both can be installed together."""
 LOWEST_PYTHON = "3.11"
 HEADER = """\
@@ -43,8 +43,9 @@ def locked(lock: str, before: str, constraints: str, options: list[str]) -> str:
         answer.write_text(NOT_A_PIN.sub("", before))
         words = [*COMPILE, "--generate-hashes", "--no-emit-index-url", "--no-emit-find-links"]
         _must([*words, "--constraints", str(bounds), *options, str(asked), "--output-file", str(answer)], lock)
-        exceptions = "".join(f"--no-binary {name}\n" for name in BUILT if f"\n{name}==" in answer.read_text())
-        return HEADER + exceptions + answer.read_text()
+        pins = answer.read_text()
+        exceptions = "".join(f"--no-binary {name}\n" for name in BUILT if f"\n{name}==" in f"\n{pins}")
+        return HEADER + exceptions + pins
 
 
 def wheels_listed(lock: Path) -> str:

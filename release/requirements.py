@@ -17,6 +17,7 @@ SETS = {
     "dev": ("runtime", "dev"),
     "release": ("release",),
     "mutants": ("mutants",),
+    "ros": ("ros",),
     "node": ("node",),
     "pip": ("pip",),
     "lock": ("lock",),

@@ -17,7 +17,10 @@ GLIBC = range(36, 4, -1)
 """Minor versions, newest first: up to Debian 12's 2.36."""
 OLD_NAMES = ("manylinux2014", "manylinux2010", "manylinux1", "linux")
 MACOS = (14, 0)
-BUILT = {"yattag": "its author publishes no wheel; wanted by cosmic-ray alone"}
+BUILT = {
+    "empy": "its author publishes no wheel; wanted by the wheels of ROS alone",
+    "yattag": "its author publishes no wheel; wanted by cosmic-ray alone",
+}
 """Packages that are built from source, with the reason why that does."""
 
 

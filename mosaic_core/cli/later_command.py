@@ -13,6 +13,9 @@ from typer.core import TyperCommand
 
 from mosaic_core.words.errors import PluginError
 
+HELP_OPTIONS = ["-h", "--help"]
+"""What shows the help of every command."""
+
 
 class LaterCommand(TyperCommand):
     """A command that is imported when it is asked for. ``entry_point`` names a typer application, a function or a
@@ -65,7 +68,8 @@ def spare_pydantic(command: Any) -> None:
     """Let typer's own flags (``--help``) be off where they are not given. They would be ``None``, which typer has
     pydantic turn into ``None``, and loading that takes longer than all that a list of names needs. A flag that can be
     denied (``--no-…``) is neither on nor off where it is not given."""
-    for option in command.get_params(typer.Context(command)):
+    # A command keeps the help option of the first context that asks for it.
+    for option in command.get_params(typer.Context(command, help_option_names=HELP_OPTIONS)):
         if getattr(option, "is_flag", False) and option.default is None and not option.secondary_opts:
             option.default = False
     for inner in getattr(command, "commands", {}).values():

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from mosaic_core import __version__
-from mosaic_core.cli.later_command import LaterCommand, PluginCommand, spare_pydantic
+from mosaic_core.cli.later_command import HELP_OPTIONS, LaterCommand, PluginCommand, spare_pydantic
 from mosaic_core.cli.terminal.error_report import FAILED, exit_code_of, report
 from mosaic_core.words.errors import MosaicError
 
@@ -70,7 +70,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
+    context_settings={"help_option_names": HELP_OPTIONS, "max_content_width": 120},
     help="MOSAIC: robots and operators, connected peer to peer.",
 )
 

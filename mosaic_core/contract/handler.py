@@ -17,6 +17,7 @@ from mosaic_core.contract.declared.class_names import check_derived, check_names
 from mosaic_core.contract.declared.class_safety import (
     check_bounds,
     check_fields,
+    check_item_names,
     check_limits,
     check_lists,
     check_resource,
@@ -29,10 +30,13 @@ from mosaic_core.contract.declared.class_values import (
     check_sent,
     check_values,
     check_widget,
+    is_said_later,
 )
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.contract.declared.sent_sound import check_sound
+from mosaic_core.contract.declared.type_arguments import TypeArguments
+from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
@@ -44,14 +48,14 @@ from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import Refused as Refused
-from mosaic_core.words.limits import MOTION_KINDS, MotionKind
+from mosaic_core.words.limits import MOTION_KINDS
 from mosaic_core.words.safety_config import FieldBounds
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
 
 
-class Handler:
+class Handler(TypeArguments):
     """The base of all handlers. ``label`` is the name of the data channel or track."""
 
     runs: ClassVar[Runs] = "always"
@@ -80,6 +84,7 @@ class Handler:
         """Raises :class:`MosaicError` for what is declared and nothing would follow."""
         super().__init_subclass__(**kwargs)
         if not cls.__module__.startswith(f"{__package__}."):
+            _check_way(cls)
             check_names(cls)
             check_bodies(cls)
             check_runs(cls, ("messages", "frames", "sounds"))
@@ -160,6 +165,16 @@ class Handler:
         )
 
 
+def _check_way(cls: type[Handler]) -> None:
+    """Refuse two bases of which one would go unheard: a handler is one channel or one track."""
+    ways = (DataChannelSendable, DataChannelReceivable, MediaTrackHandler, AudioTrackHandler, AudioReceivable)
+    one, *others = [base.__name__ for base in ways if issubclass(cls, base)] or [""]
+    if others:
+        message = f"it derives from {one} and from {others[0]}, and has one channel or track."
+        cure = "Write two handlers, which configure() returns together; DataChannelBidirectional sends and receives."
+        raise wrong_declaration(cls, message, cure)
+
+
 def check_said(cls: type[Handler], said: Any) -> None:
     """Raises :class:`MosaicError` for what ``said``, the class or an instance of it, says and nothing would follow."""
     check_values(cls, said)
@@ -179,15 +194,6 @@ def message_type_of(handler: type) -> Any:
                 if not isinstance(argument, TypeVar):
                     return argument
     return dict[str, Any]
-
-
-def _moving_numbers(message_type: Any, fields: MessageFields, kind: MotionKind) -> tuple[str, ...]:
-    """The fields that a message says are of this kind; of a list of positions ``path.*``."""
-    if not (isinstance(message_type, type) and issubclass(message_type, Message)):
-        return ()
-    lists = {one.path: one.every for one in fields.lists} if kind == "position" else {}
-    paths = [path for path, its in message_type.motion_kinds.items() if its == kind]
-    return tuple(lists.get(path, path) for path in paths if path in fields.numbers or path in lists)
 
 
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
@@ -350,13 +356,9 @@ class DataChannelReceivable(Handler, Generic[T]):
         cls.data_type = _data_type_of(cls, "u2r")
         check_lists(cls, message_type_of(cls))
         fields = _fields_of(cls)
-        named = {name for one in cls.__mro__ if one is not DataChannelReceivable for name in vars(one)}
-        velocities, positions = (_moving_numbers(message_type_of(cls), fields, kind) for kind in MOTION_KINDS)
-        if velocities and "motion_fields" not in named:
-            cls.motion_fields = tuple(one for one in velocities if one not in cls.position_fields)
-        if positions and "position_fields" not in named:
-            cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
+        _take_moving_fields(cls, fields)
         check_fields(cls, fields, cls.motion_fields, cls.position_fields)
+        check_item_names(cls, fields, cls.item_names)
         check_said_safety(cls, cls)
         check_limits(cls, fields, cls.limits, cls.motion_fields, cls.position_fields)
 
@@ -368,10 +370,25 @@ def check_said_safety(cls: type[DataChannelReceivable[Any]], said: Any) -> None:
     check_timeout(cls, said.timeout_s, has_safe_action=cls.make_safe is not DataChannelReceivable.make_safe)
 
 
+def _take_moving_fields(receiver: type[DataChannelReceivable[Any]], fields: MessageFields) -> None:
+    """What a class does not name itself, its message says: which numbers are velocities, and which positions."""
+    named = {name for one in receiver.__mro__ if one is not DataChannelReceivable for name in vars(one)}
+    velocities, positions = (fields.of_kind(kind) for kind in MOTION_KINDS)
+    if velocities and "motion_fields" not in named:
+        receiver.motion_fields = tuple(one for one in velocities if one not in receiver.position_fields)
+    if positions and "position_fields" not in named:
+        receiver.position_fields = tuple(one for one in positions if one not in receiver.motion_fields)
+
+
 def _fields_of(receiver: type[DataChannelReceivable[Any]]) -> MessageFields:
     """What its messages have, as far as its class says."""
-    used = (*receiver.motion_fields, *receiver.position_fields, *receiver.limits)
-    return message_fields(message_type_of(receiver), used, receiver.item_names)
+    used = (*receiver.motion_fields, *receiver.position_fields, *_known(receiver.limits))
+    return message_fields(message_type_of(receiver), used, _known(receiver.item_names))
+
+
+def _known(said: Any) -> Any:
+    """Nothing yet of what a property says: only an instance knows."""
+    return () if is_said_later(said) else said
 
 
 def check_made(handler: Handler) -> None:
@@ -383,8 +400,13 @@ def check_made(handler: Handler) -> None:
 
 
 def reports_position(handler: DataChannelReceivable[Any]) -> bool:
-    """Whether its author wrote :meth:`DataChannelReceivable.reported_position`."""
-    return type(handler).reported_position is not DataChannelReceivable.reported_position
+    """Whether its author wrote :meth:`DataChannelReceivable.reported_position`, and not one that says nothing of any
+    field: a body without a name can't know."""
+    written = type(handler).reported_position
+    if written is DataChannelReceivable.reported_position:
+        return False
+    code = getattr(written, "__code__", None)
+    return code is None or bool(code.co_names or code.co_freevars) or written(handler, "") is not None
 
 
 class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):

@@ -9,7 +9,9 @@ from typing import Any, get_args
 
 from pydantic import AliasChoices, AliasPath, BaseModel
 
+from mosaic_core.contract.params import Message
 from mosaic_core.machines.commands.number_list import EVERY, NumberList
+from mosaic_core.words.limits import MotionKind
 
 _MAX_DEPTH = 5
 """A model may contain itself."""
@@ -49,6 +51,14 @@ class MessageFields:
         """Whether a message may have it, as far as anybody knows."""
         its = self.list_of(field)
         return field in self.numbers or (not self.is_known if its is None else its.could_hold(field))
+
+    def of_kind(self, kind: MotionKind) -> tuple[str, ...]:
+        """The fields that a message says are of this kind; of a list of positions ``path.*``."""
+        if not (isinstance(self.message_type, type) and issubclass(self.message_type, Message)):
+            return ()
+        lists = {one.path: one.every for one in self.lists} if kind == "position" else {}
+        paths = [path for path, its in self.message_type.motion_kinds.items() if its == kind]
+        return tuple(lists.get(path, path) for path in paths if path in self.numbers or path in lists)
 
     @property
     def names(self) -> list[str]:

@@ -55,8 +55,8 @@ def type_is_its_name(one: Examinee) -> Iterator[Fault]:
 
 
 def nobody_else_has_it(one: Examinee) -> Iterator[Fault]:
-    others = {found.source for found in ConnectorResolver().types() if found.type == one.connector_type}
-    others -= {one.shipment.source}
+    claims = [found for found in ConnectorResolver().types() if found.type == one.connector_type]
+    others = {found.source for found in claims if not one.shipment.is_called(found.distribution)}
     if others:
         yield Fault(f"{', '.join(sorted(others))} has the type {one.connector_type!r} too", one.entry_place)
 

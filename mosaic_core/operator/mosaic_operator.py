@@ -16,7 +16,7 @@ from mosaic_core.operator.delivery.data_port import now_us
 from mosaic_core.operator.lan.paired_robots import PairedRobot
 from mosaic_core.operator.lan.pairing import pair_at, paired_robot, place_to_pair
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
-from mosaic_core.operator.reconnection import Keeper
+from mosaic_core.operator.reconnection import Reconnection
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
 from mosaic_core.operator.signaling.signaling_socket import OperatorSignalingSocket
@@ -87,7 +87,7 @@ class MosaicOperator:
         self._clock_us = clock_us
         self._connections: dict[str, RobotConnection] = {}
         self._session_ids: dict[str, str] = {}
-        self._keepers: list[Keeper] = []
+        self._reconnections: list[Reconnection] = []
         self._tasks = BackgroundTasks()
         self._watch_network = watch_network or (_default_watch() if open_socket is None else None)
         self._watches_network = False
@@ -230,15 +230,15 @@ class MosaicOperator:
             connection.allow_break()
         if reconnect or may_break:
             reopen = partial(self._reopen, connection, connectors, described)
-            self._tasks.start(self._keep(Keeper(connection, reopen, None if reconnect else BREAK_S)))
+            self._tasks.start(self._keep(Reconnection(connection, reopen, None if reconnect else BREAK_S)))
         return connection
 
-    async def _keep(self, keeper: Keeper) -> None:
-        self._keepers.append(keeper)
+    async def _keep(self, reconnection: Reconnection) -> None:
+        self._reconnections.append(reconnection)
         try:
-            await keeper.run()
+            await reconnection.run()
         finally:
-            self._keepers.remove(keeper)
+            self._reconnections.remove(reconnection)
 
     async def _reopen(
         self,
@@ -320,10 +320,10 @@ class MosaicOperator:
                 pass
 
     def _robot_returned(self, robot_id: str) -> None:
-        for keeper in self._keepers:
-            if keeper.connection.robot_id == robot_id:
-                keeper.connection.robot_returned()
-                keeper.wake()
+        for reconnection in self._reconnections:
+            if reconnection.connection.robot_id == robot_id:
+                reconnection.connection.robot_returned()
+                reconnection.wake()
 
     def _network_changed(self, change: NetworkChange) -> None:
         """Whoever waits tries again now; what was connected may hang, and is asked."""
@@ -333,8 +333,8 @@ class MosaicOperator:
             self.rest.renew()
             for connection in self._connections.values():
                 connection.doubt()
-        for keeper in self._keepers:
-            keeper.wake()
+        for reconnection in self._reconnections:
+            reconnection.wake()
 
     def _refused(self, code: int) -> None:
         """The server took an offer or candidate for none of ours; it does not say which, so: those being made."""

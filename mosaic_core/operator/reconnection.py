@@ -20,9 +20,9 @@ POLICY = BackoffPolicy(first_s=0.3, factor=1.7, max_s=10.0, jitter=0.5)
 """Quick at first: most losses are a change of network that is over when it is noticed."""
 
 
-class Keeper:
-    """Keeps one connection; :meth:`run` beside it for its life. ``reopen()`` tries once, and raises what went wrong.
-    ``patience_s``: how long it is tried; ``None``: for ever."""
+class Reconnection:
+    """Brings one connection back; :meth:`run` beside it for its life. ``reopen()`` tries once, and raises what went
+    wrong. ``patience_s``: how long it is tried; ``None``: for ever."""
 
     def __init__(
         self, connection: RobotConnection, reopen: Callable[[], Awaitable[None]], patience_s: float | None = None

@@ -254,7 +254,6 @@ ALIASES: dict[str, str] = {
     "signaling.send_close_peer_connection": ClosePeerConnection.type,
 }
 """Older spellings of message types, accepted on receipt, and how they are read."""
-"""Older spellings, accepted on receipt."""
 
 
 class UnknownMessage(SignalingMessage):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
@@ -16,6 +17,8 @@ ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).with_name("endurance.toml")
 ROWS: list[dict[str, Any]] = tomllib.loads(TABLE.read_text())["connectors"]
 TRIALS = ("vanish", "flood", "garbage")
+AWAY = re.compile(r"_for_(thirty_seconds|30_s)_")
+"""How a test says in its name that the device is away so long, on a fake clock mostly."""
 
 
 def types_of_ours() -> set[str]:
@@ -57,3 +60,9 @@ def test_what_the_table_names_is_a_test_or_a_reason(answer: str) -> None:
     else:
         assert found
         assert name in names_of_tests(file), f"{file} has no {name}"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row["types"][0])
+def test_what_vanishes_is_away_for_thirty_seconds_or_there_is_a_reason(row: dict[str, Any]) -> None:
+    answers = row["vanish"] if isinstance(row["vanish"], list) else [row["vanish"]]
+    assert any(one.startswith("none: ") or AWAY.search(one.partition("::")[2]) for one in answers)

@@ -120,10 +120,47 @@ async def test_a_widget_of_a_source_tree_needs_no_installation_but_its_file(plug
     assert [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"] == []
 
 
+async def test_a_source_tree_is_judged_beside_an_older_wheel_of_it_that_is_installed(
+    plugin: GoodPlugin, install_distribution: InstallDistribution
+) -> None:
+    body = "    def messages(self) -> Iterator[Reading]:"
+    plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
+    widgets = '[project.entry-points."mosaic.widgets"]\nacme-gauge = "acme_gauge"\n\n[project.entry-points'
+    plugin.spoil(P, "[project.entry-points", widgets)
+    (plugin.folder / "acme_gauge" / "acme-gauge.js").write_text("export function Panel() {}")
+    connectors = {"acme-gauge": "acme_gauge.connector:GaugeConfigurer"}
+    installed = {"mosaic.connectors": connectors, "mosaic.widgets": {"acme-gauge": "acme_gauge"}}
+    install_distribution("Acme_Gauge", version="0.9.0", entry_points=installed)
+    found = await findings(plugin, only=("configures", "only-owner"))
+    assert [one.faults for one in found if one.verdict == "failed"] == []
+    install_distribution("acme-rival", entry_points=installed | {"mosaic.widgets": {"acme-gauge": "acme_rival"}})
+    found = await findings(plugin, only=("configures", "only-owner"))
+    told = sorted(fault.message.partition(": ")[2] or fault.message for one in found for fault in one.faults)
+    assert told == [
+        "acme-rival 1.0.0 has the type 'acme-gauge' too",
+        "the widgets 'acme-gauge' are claimed by acme-rival 1.0.0 and acme_gauge",
+    ]
+
+
+async def test_an_entry_point_that_is_no_class_of_a_module_is_told_by_its_line(plugin: GoodPlugin) -> None:
+    plugin.spoil(P, "acme_gauge.connector:GaugeConfigurer", "acme_gauge.connector GaugeConfigurer")
+    found = {(one.rule.name, one.subject): one for one in await findings(plugin, only=("loads", "py-typed"))}
+    (fault,) = found["loads", "acme-gauge"].faults
+    assert fault.message == "its entry point is 'acme_gauge.connector GaugeConfigurer', which is no module:Class"
+    assert (Path(fault.place.file).name, fault.place.line) == ("pyproject.toml", 9)
+    assert [one.verdict for name, one in found.items() if name != ("loads", "acme-gauge")] == ["passed", "passed"]
+
+
 async def test_nothing_is_asked_of_a_safe_action_alone(plugin: GoodPlugin) -> None:
     plugin.spoil(C, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
     (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
     assert (found.verdict, found.faults) == ("does not apply", ())
+
+
+async def test_what_moves_on_the_event_loop_is_told(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, "    def handle_data(", "    async def handle_data(")
+    (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
+    assert "Wheel moves in an `async def handle_data`" in found.faults[0].message
 
 
 @pytest.mark.parametrize("name", BREACHES)

@@ -114,9 +114,8 @@ class LeaseDesk:
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order. What has expired by ``now_s`` ends before the event counts."""
-        effects = (
-            self._forget(event.peer_id) if isinstance(event, PartyLeft) else []
-        )  # it gets nothing of what now ends
+        # first of all: who leaves gets nothing of what now ends
+        effects = self._forget(event.peer_id) if isinstance(event, PartyLeft) else []
         effects += self._expired(now_s)
         match event:
             case Commanded(peer_id, resource):

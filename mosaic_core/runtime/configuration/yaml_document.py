@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from mosaic_core.runtime.configuration.config_env import MASK_CHARACTERS, filled, masked, unmasked
-from mosaic_core.words.errors import ConfigError, Problem, guess
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, Problem, guess, without_place
 
 Place: TypeAlias = tuple[str | int, ...]
 """Where a value stands: ``("connectors", 2, "params", "fps")``."""
@@ -69,19 +69,26 @@ class YamlDocument:
         return True
 
     def problem(
-        self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "", guess: str = ""
+        self,
+        place: Place,
+        message: str,
+        *,
+        code: str = "config.invalid",
+        cure: str = "",
+        guess: str = "",
+        at: CodeLine = NOWHERE,
     ) -> Problem:
         """A problem at ``place``, or with the line of the nearest thing around it that the file has. ``guess``: a
-        better cure made of the value there, told only if nothing of it came from the environment or a file."""
+        better cure made of the value there, told only if nothing of it came from the environment or a file. ``at``: the
+        code whose mistake it is, where it is none of the file."""
         if guess and not any(one[: len(place)] == place for one in self.secret):
             cure = guess
         around = place
         while around and around not in self.lines:
             around = around[:-1]
-        line = self.lines.get(around)
-        return Problem(
-            self._without_secrets(message), code, self.file, line, spelled(place), self._without_secrets(cure)
-        )
+        file, line = at if at[0] else (self.file, self.lines.get(around))
+        said = self._without_secrets(without_place(message, at))
+        return Problem(said, code, file, line, spelled(place), self._without_secrets(cure))
 
     def _without_secrets(self, sentence: str) -> str:
         for place, written in self.secret.items():
@@ -235,36 +242,42 @@ class _Builder:
         """Without the keys in ``written``."""
         self._refuse_tag(node, place, "map")
         self._open.append(node)
-        document, result = self._document, dict[str, Any]()
+        result: dict[str, Any] = {}
         merged: list[yaml.Node] = []
         for key_node, value_node in node.value:
             if key_node.tag == f"{_TAG}merge":
                 merged += value_node.value if isinstance(value_node, yaml.SequenceNode) else [value_node]
                 continue
-            if not isinstance(key_node, yaml.ScalarNode):
-                document.problems.append(document.problem(place, "keys must be plain words", code="config.syntax"))
+            key = self._key(key_node, place)
+            if key is None or key in written:
                 continue
-            key = unmasked(key_node.value)
-            if key in written:
-                continue
-            where = (*place, key)
+            where, line = (*place, key), key_node.start_mark.line + 1
             if key in result:
-                first, again = document.lines[where], key_node.start_mark.line + 1
-                problem = Problem(
-                    f"'{key}' stands here twice, first in line {first}", "config.syntax", document.file, again,
-                    spelled(where), "remove one",
-                )  # fmt: skip
-                document.problems.append(problem)
+                self._refuse_twin(key, where, line)
                 continue
-            document.lines[where] = key_node.start_mark.line + 1
+            self._document.lines[where] = line
             result[key] = self._build(value_node, where)
-        taken = set(written).union(result) if merged else set()
+        taken = set(written).union(result) if merged else set()  # no copy for each of many mappings that merge none
         for source in merged:
             added = self._merged(source, place, taken)
             result |= added
             taken |= added.keys()
         self._open.pop()
         return result
+
+    def _key(self, node: yaml.Node, place: Place) -> str | None:
+        if isinstance(node, yaml.ScalarNode):
+            return unmasked(node.value)
+        problem = self._document.problem(place, "keys must be plain words", code="config.syntax")
+        self._document.problems.append(problem)
+        return None
+
+    def _refuse_twin(self, key: str, where: Place, line: int) -> None:
+        """The line is that of the second one; :meth:`YamlDocument.problem` would name the first."""
+        document = self._document
+        message = f"'{key}' stands here twice, first in line {document.lines[where]}"
+        problem = Problem(message, "config.syntax", document.file, line, spelled(where), "remove one")
+        document.problems.append(problem)
 
     def _merged(self, source: yaml.Node, place: Place, written: Collection[str]) -> dict[str, Any]:
         """``<<: *base``: keys that are written out win. What is looked at counts, also where it adds nothing."""

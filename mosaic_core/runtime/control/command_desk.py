@@ -205,8 +205,12 @@ class CommandDesk:
         if present is None or present.refused_stop == stop_id:
             return
         present.refused_stop = stop_id
-        peer.answer(control.Refusal(label=STOP_LABEL, code="safety.stop_taken", gate=Gate.ROLE))
-        self._journal.refused(STOP_LABEL, peer.sender, GateRefusal(Gate.ROLE, "safety.stop_taken"))
+        self._refuse(peer, "safety.stop_taken")
+
+    def _refuse(self, peer: Controlled, code: str) -> None:
+        """Tell a peer what its role forbids of the stop, and write it down."""
+        peer.answer(control.Refusal(label=STOP_LABEL, code=code, gate=Gate.ROLE))
+        self._journal.refused(STOP_LABEL, peer.sender, GateRefusal(Gate.ROLE, code))
 
     def _change_right(self, peer: Controlled, of: str, may_stop: bool) -> None:
         """A supervisor takes from an observer the right to say stop, or gives it back; everybody hears of it."""
@@ -217,8 +221,7 @@ class CommandDesk:
         sender = present.peer.sender
         code = self._rights.change(words.party_of(peer.sender), words.party_of(sender), _account_of(sender), may_stop)
         if code is not None:
-            peer.answer(control.Refusal(label=STOP_LABEL, code=code, gate=Gate.ROLE))
-            self._journal.refused(STOP_LABEL, peer.sender, GateRefusal(Gate.ROLE, code))
+            self._refuse(peer, code)
             return
         by, whose = name_of(peer.sender), name_of(sender)
         done = "gave back to" if may_stop else "took from"
@@ -250,9 +253,11 @@ class CommandDesk:
         for peer in self._peers():
             peer.tell(state)
         # as literals: names and reasons come from outside, and a line break would forge a line of the log
-        logger.warning("stopped by %r: %r", by, reason) if is_stopped else logger.warning("stop cleared by %r", by)
-        what = "stop" if is_stopped else "stop.clear"
-        self._journal.note(what, who=by, account=self._stop_account, message=reason)
+        if is_stopped:
+            logger.warning("stopped by %r: %r", by, reason)
+        else:
+            logger.warning("stop cleared by %r", by)
+        self._journal.note("stop" if is_stopped else "stop.clear", who=by, account=self._stop_account, message=reason)
         self._listener.stop_changed(is_stopped, by, reason)
 
     def _read_journal(self, peer: Controlled, limit: int, before: int | None) -> None:
@@ -278,22 +283,24 @@ class CommandDesk:
 
     def _lease_changed(self, change: lease.LeaseChanged) -> None:
         self.tell_lease(change.resource)
+        self._note_lease(change)
         holder = change.holder
         present = self._present.get(holder.peer_id) if holder is not None else None
-        what = "lease.ended" if holder is None else "lease.granted"
-        of = holder or change.before
-        who = (of.name or of.peer_id) if of is not None else change.by
+        sender = present.peer.sender if present is not None else None
+        self._listener.lease_changed(change.resource, sender, change.epoch, change.cause)
+
+    def _note_lease(self, change: lease.LeaseChanged) -> None:
+        """Write into the journal who holds a lease now, or who held it last."""
+        of = change.holder or change.before
         self._journal.lease_changed()
         self._journal.note(
-            what,
-            who=who,
+            "lease.granted" if change.holder is not None else "lease.ended",
+            who=(of.name or of.peer_id) if of is not None else change.by,
             account=(of.account or "") if of is not None else "",
             subject=change.resource,
             code=change.cause,
             message=change.message,
         )
-        sender = present.peer.sender if present is not None else None
-        self._listener.lease_changed(change.resource, sender, change.epoch, change.cause)
 
     def tell_lease(self, resource: str) -> None:
         """Everybody hears who holds it."""

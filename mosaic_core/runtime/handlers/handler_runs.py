@@ -100,25 +100,25 @@ class HandlerRuns:
         for route in routes.values():  # first: a handler may send from the moment in which it is bound
             self.routes[route.label] = route
             self.outbox.add_channel(route.label, route.terms, route.counters)
-        for handler in connector.handlers:
-            self._take(handler, [one.label for one in connector.handlers])
+        self._take(connector)
         for route in routes.values():
             self.outbox.set_audience(route.label, self._with_receiver(route))
         for _, camera in handlers_of([connector], MediaTrackHandler):
             self.media.add_label(camera.label, camera.encoding, self.counters[camera.label], camera.packet_codec)
         for _, microphone in handlers_of([connector], AudioTrackHandler):
             self.media.add_microphone(microphone.label, microphone.encoding, self.counters[microphone.label])
-        for _, speaker in handlers_of([connector], AudioReceivable):
-            self.talk.add_label(speaker, self._failures[speaker.label], self.counters[speaker.label])
+        self._add_speakers(connector)
 
     def _take_over(self, connector: Connector) -> None:
         """Let a connector have the ways of the one that it replaces, which has the same ones."""
-        for handler in connector.handlers:
-            self._take(handler, [one.label for one in connector.handlers])
+        self._take(connector)
         for fresh in data_routes([connector], self.counters).values():
             route = self.routes[fresh.label]
             route.connector, route.handler, route.safety, route.receiver = connector, fresh.handler, fresh.safety, None
             self.outbox.set_audience(route.label, self._with_receiver(route))
+        self._add_speakers(connector)
+
+    def _add_speakers(self, connector: Connector) -> None:
         for _, speaker in handlers_of([connector], AudioReceivable):
             self.talk.add_label(speaker, self._failures[speaker.label], self.counters[speaker.label])
 
@@ -133,8 +133,13 @@ class HandlerRuns:
         self._groups = original_groups(connectors)
         self.outbox.taps.channels = tapped_channels(self.routes)
 
-    def _take(self, handler: Handler, own_labels: Sequence[str]) -> None:
-        """Bind the handler and prepare its body."""
+    def _take(self, connector: Connector) -> None:
+        """Bind the handlers of a connector and prepare their bodies."""
+        own_labels = _labels_of([connector])
+        for handler in connector.handlers:
+            self._bind(handler, own_labels)
+
+    def _bind(self, handler: Handler, own_labels: Sequence[str]) -> None:
         host = RuntimeHost(self._loop, self.outbox, self.media, own_labels)
         handler.bind(host)
         self._losses[handler.label] = host.losses
@@ -187,7 +192,7 @@ class HandlerRuns:
     async def retire(self, connectors: Sequence[Connector]) -> None:
         """Stop these connectors: what they move is made safe before their bodies go. Their ways stay until others take
         them over, or :meth:`become` closes them."""
-        labels = [handler.label for connector in connectors for handler in connector.handlers]
+        labels = _labels_of(connectors)
         receivers = self._receivers_of(connectors)
         runners = [self._runners.pop(label) for label in labels if label in self._runners]
         for receiver in receivers:
@@ -203,8 +208,7 @@ class HandlerRuns:
         self._always.difference_update(labels)
 
     def _receivers_of(self, connectors: Sequence[Connector]) -> list[Receiver]:
-        labels = [handler.label for connector in connectors for handler in connector.handlers]
-        return [one for label in labels if (one := self._receiver_at(label)) is not None]
+        return [one for label in _labels_of(connectors) if (one := self._receiver_at(label)) is not None]
 
     async def _make_safe(self, receivers: Sequence[Receiver]) -> None:
         watches = [receiver.watch for receiver in receivers]
@@ -321,3 +325,7 @@ class HandlerRuns:
             for connector in self._connectors
             for group in connector.groups
         )
+
+
+def _labels_of(connectors: Sequence[Connector]) -> list[str]:
+    return [handler.label for connector in connectors for handler in connector.handlers]

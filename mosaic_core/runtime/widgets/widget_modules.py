@@ -52,9 +52,9 @@ def announced_module(hint: str | None) -> WidgetModule | None:
 
 
 def module_with(hint: str, not_installed: Sequence[EntryPoint] = ()) -> FoundModule:
-    """The module of ``acme-arm/ArmPanel``; ``not_installed``: those of a source tree that can be imported. Raises
-    :class:`MosaicError` (``config.broken_plugin``) where no distribution has it, several have, its file is missing or
-    can't be served, or nothing in it is called like that."""
+    """The module of ``acme-arm/ArmPanel``; ``not_installed``: those of a source tree that can be imported, whatever is
+    installed of it. Raises :class:`MosaicError` (``config.broken_plugin``) where no distribution has it, several have,
+    its file is missing or can't be served, or nothing in it is called like that."""
     name, _, export = hint.partition("/")
     if not _EXPORT.fullmatch(export):
         cure = "write module/Export, such as acme-arm/ArmPanel"
@@ -111,13 +111,15 @@ def exports_of(text: str) -> set[str]:
 
 def _point(name: str, not_installed: Sequence[EntryPoint]) -> EntryPoint:
     points = entry_points(group=GROUP)
-    claims: list[EntryPoint] = [point for point in (*points, *not_installed) if point.name == name]
+    instead = {point.value for point in not_installed}
+    others = (point for point in points if point.value not in instead)
+    claims: list[EntryPoint] = [point for point in (*others, *not_installed) if point.name == name]
     if not claims:
         message = f"no installed distribution ships widgets as '{name}'{hint_at(name, points.names)}".rstrip(".")
         cure = f'install the one that does, or name its file: [project.entry-points."{GROUP}"]'
         raise MosaicError(message, code="config.broken_plugin", cure=cure)
     if len(claims) > 1:
-        names = " and ".join(sorted(" ".join(_identity(one)) for one in claims))
+        names = " and ".join(sorted(" ".join(_identity(one)).rstrip() for one in claims))
         message = f"the widgets '{name}' are claimed by {names}"
         raise MosaicError(message, code="config.broken_plugin", cure="uninstall one of them")
     return claims[0]

@@ -16,13 +16,10 @@ from typing import Self
 
 from mosaic_arm.arm_joint import ArmJoint, ArmSnapshot
 from mosaic_arm.bus_session import BusSession
-from mosaic_core import DeviceGone, Refused
+from mosaic_core import DeviceGone, Keeper, Refused
 
 _log = logging.getLogger(__name__)
 
-RETRY_S = (0.5, 1.0, 2.0, 5.0)
-"""Waits between attempts to open the bus; the last one repeats."""
-CLOSE_TIMEOUT_S = 1.0
 HOLD_NEAR_RAD = 0.05
 """A joint this near to its goal has arrived: held where it is instead, it would sink a little at every stop."""
 MAX_STEP_S = 0.1
@@ -59,12 +56,10 @@ class Arm:
         self._strength: dict[str, float] = {}
         self._aimed_by: dict[str, object] = {}
         self._wants_power = not is_free
-        self._attempts = 0
         self._was_open = False
         self._turned_at_s = 0.0
         self._opened = threading.Event()
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._keeper = Keeper("mosaic-arm-bus", self.turn, self.close)
 
     # -- any thread ------------------------------------------------------------------------------------------------
 
@@ -164,23 +159,11 @@ class Arm:
     # -- the arm's thread ------------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
-        self._stopping.clear()
-        self._thread = threading.Thread(target=self._run, name="mosaic-arm-bus", daemon=True)
-        self._thread.start()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stopping.set()
-        if self._thread is not None:
-            self._thread.join(CLOSE_TIMEOUT_S)
-            if self._thread.is_alive():
-                _log.error("the arm's bus did not close within %s s and was abandoned", CLOSE_TIMEOUT_S)
-            self._thread = None
-
-    def _run(self) -> None:
-        while not self._stopping.wait(self.turn()):
-            pass
-        self.close()
+        self._keeper.stop()
 
     def turn(self) -> float:
         """Read and write once, or try to open the bus; the seconds until the next turn."""
@@ -192,7 +175,7 @@ class Arm:
             self._write(began_s)
         except DeviceGone as gone:
             return self._lost(gone)
-        self._attempts = 0
+        self._keeper.worked()
         return max(0.0, began_s + self._period_s - self._clock())
 
     def close(self) -> None:
@@ -234,8 +217,6 @@ class Arm:
             self._aimed_by.clear()
         self._opened.clear()
         self._session.abandon()
-        if was_there or not self._attempts:
+        if was_there or not self._keeper.is_failing:
             _log.warning("%s; trying again", gone.message.removesuffix("."))
-        retry_s = RETRY_S[min(self._attempts, len(RETRY_S) - 1)]
-        self._attempts += 1
-        return retry_s
+        return self._keeper.failed()

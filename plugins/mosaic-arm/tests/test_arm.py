@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from mosaic_arm.arm import RETRY_S
 from mosaic_arm.calibration import MotorCalibration, write_calibration
 from mosaic_arm.params import ArmParams, ExitPolicy, JointParams
 from mosaic_arm.shared_arm import KeptArm, shared_arm
 from mosaic_core import MosaicError, Refused, Shared
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.testing import FakeClock
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def test_a_bus_that_vanishes_for_thirty_seconds_comes_back_and_the_arm_stands(on
     with pytest.raises(Refused, match="the port is lost"):
         on_clock.arm.aim({"elbow_flex": 1.2}, ME)
     was, on_clock.bus.is_gone = on_clock.bus.told.copy(), False
-    on_clock.clock.advance(RETRY_S[-1])
+    on_clock.clock.advance(RETRY.max_s)
     assert on_clock.arm.snapshot is not None
     new = on_clock.bus.told[len(was) :]
     assert [what for what, _ in new[:3]] == ["limit", "goals", "torque"]
@@ -68,7 +68,7 @@ def test_a_bus_that_is_gone_is_tried_ever_more_slowly(on_clock: ArmOnClock) -> N
     assert on_clock.bus.opened == 1
     before_s = on_clock.clock.now_s
     assert on_clock.due_at_s is not None
-    assert on_clock.due_at_s - before_s <= RETRY_S[-1]
+    assert on_clock.due_at_s - before_s <= RETRY.max_s
 
 
 def test_a_reply_that_is_lost_now_and_then_is_counted_and_no_more(on_clock: ArmOnClock) -> None:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from mosaic_arm.arm import RETRY_S
 from mosaic_arm.calibration import MotorCalibration, write_calibration
 from mosaic_arm.freedrive import ArmFreedriveConfigurer
 from mosaic_arm.gripper import ArmGripperConfigurer
@@ -19,6 +18,7 @@ from mosaic_arm.pose_names import ArmPoseNamesConfigurer
 from mosaic_arm.poses import THERE_RAD, ArmPosesConfigurer
 from mosaic_arm.state import ArmStateConfigurer
 from mosaic_core import AutoConfigurer, Delivery, DeviceGone
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.testing import Cleared, Leaves, LosesLease, Silence, Stopped, ask, collect, feed
 from mosaic_core.words.errors import MosaicError
@@ -128,7 +128,7 @@ def test_the_state_of_a_bus_that_is_away_for_thirty_seconds_is_gone_and_then_tol
         with pytest.raises(DeviceGone, match="the port is lost"):
             collect(state, 1)
     on_clock.bus.is_gone = False
-    on_clock.clock.advance(RETRY_S[-1])
+    on_clock.clock.advance(RETRY.max_s)
     assert len(collect(state, 2)) == 2
 
 
@@ -151,7 +151,7 @@ def test_health_goes_on_while_the_bus_is_away(on_clock: ArmOnClock) -> None:
     on_clock.clock.advance(30.0)
     assert (health(on_clock).level, health(on_clock).message) == ("stale", "the port is lost")
     on_clock.bus.is_gone = False
-    on_clock.clock.advance(RETRY_S[-1])
+    on_clock.clock.advance(RETRY.max_s)
     assert health(on_clock).level == "ok"
 
 

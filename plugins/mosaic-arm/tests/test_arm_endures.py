@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from support.devices.servo_chain import ServoChain
 
-from mosaic_arm.arm import RETRY_S
 from mosaic_arm.calibration import MotorCalibration, write_calibration
 from mosaic_arm.params import ArmParams, JointParams
 from mosaic_arm.shared_arm import KeptArm
 from mosaic_core import Refused
+from mosaic_core.contract.devices.keeper import RETRY
 
 MOTORS = [1, 2, 3]
 GOAL, TORQUE, PRESENT, OFFSET = 42, 40, 56, 31
@@ -105,7 +105,7 @@ def test_pulled_out_for_thirty_seconds_it_comes_back_and_holds_where_it_sank_to(
         plugged.arm.aim({"joint 1": 1.0}, "somebody")
     with ServoChain(MOTORS) as chain:
         plugged.plug(chain, 1700)
-        plugged.turn(1, RETRY_S[-1])
+        plugged.turn(1, RETRY.max_s)
         plugged.turn(100)
         goals, torques = written(chain, GOAL), written(chain, TORQUE)
         assert goals[0][0] < torques[0][0]
@@ -121,7 +121,7 @@ def test_another_arm_in_the_same_plug_is_not_powered(plugged: Plugged) -> None:
         plugged.turn()
     with ServoChain(MOTORS) as chain:
         plugged.plug(chain, 2000, offset=9)
-        plugged.turn(3, RETRY_S[-1])
+        plugged.turn(3, RETRY.max_s)
         assert written(chain, GOAL) == written(chain, TORQUE) == []
     assert "motor 1 (joint 1) keeps the offset 9, and" in plugged.arm.gone.message
     assert "says 7" in plugged.arm.gone.message
@@ -138,5 +138,5 @@ def test_a_motor_that_falls_silent_ends_the_commands_and_is_named_until_it_answe
         with pytest.raises(Refused, match="does not answer"):
             plugged.arm.aim({"joint 1": 1.0}, "somebody")
         chain.drops[2] = 0
-        plugged.turn(1, RETRY_S[-1])
+        plugged.turn(1, RETRY.max_s)
         assert plugged.arm.snapshot is not None

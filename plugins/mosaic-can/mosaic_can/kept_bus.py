@@ -19,13 +19,15 @@ from mosaic_can.listener import CanListener, Wanted
 from mosaic_can.opening import SEND_TIMEOUT_S, OpenBus, opened_bus
 from mosaic_can.params import CanBusParams
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.words.errors import DeviceGone, Refused
 
 _log = logging.getLogger(__name__)
 
 READ_TIMEOUT_S = 0.05
-RETRY_S = (0.2, 0.5, 1.0, 2.0)
-"""Waits between attempts to open a bus; the last one repeats. An adapter that is plugged in is back in seconds."""
+RETRY = BackoffPolicy(first_s=0.2, max_s=2.0, jitter=0.0)
+"""Waits between attempts to open a bus. An adapter that is plugged in is back in seconds."""
 CLOSE_TIMEOUT_S = 1.5
 ERROR_BUS_OFF, ERROR_RESTARTED = 0x40, 0x100
 """Classes of error frames, as ``linux/can/error.h`` numbers them."""
@@ -50,8 +52,7 @@ class KeptCanBus:
         self._safe: list[MakesFrame] = []
         self._owed: set[MakesFrame] = set()
         self._lock = threading.RLock()
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._keeper = Keeper("can-bus", self._turn, patience_s=CLOSE_TIMEOUT_S, retry=RETRY)
 
     # -- for connectors ----------------------------------------------------------------------------------------------
 
@@ -99,27 +100,19 @@ class KeptCanBus:
     # -- the bus's own thread ----------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
-        self._closing.clear()
-        self._thread = threading.Thread(target=self._run, name="can-bus", daemon=True)
-        self._thread.start()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._closing.set()
-        if self._thread is not None:
-            self._thread.join(CLOSE_TIMEOUT_S)
+        self._keeper.stop()
 
-    def _run(self) -> None:
-        attempts = 0
-        while not self._closing.is_set():
-            if self.open():
-                attempts = 0
-                while not self._closing.is_set() and self.step():
-                    pass
-                self.close()
-            wait_s = RETRY_S[min(attempts, len(RETRY_S) - 1)]
-            attempts += 1
-            self._closing.wait(wait_s)
+    def _turn(self) -> float:
+        if self.open():
+            self._keeper.worked()
+            while not self._keeper.is_stopping and self.step():
+                pass
+            self.close()
+        return self._keeper.failed()
 
     def open(self) -> bool:
         """Open it and send the safe frames; ``False`` where it can't be, and ``failure`` says why."""

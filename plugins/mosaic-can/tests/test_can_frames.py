@@ -74,7 +74,7 @@ def test_what_finds_the_queue_full_pushes_out_the_oldest_and_is_counted() -> Non
     assert listener.take() == ([], 0)
 
 
-def test_an_adapter_that_is_pulled_out_is_gone_and_its_return_begins_anew(steps: CanOnSteps) -> None:
+def test_an_adapter_that_is_pulled_out_for_thirty_seconds_is_gone_and_its_return_begins_anew(steps: CanOnSteps) -> None:
     handler = steps.build(CanFramesConfigurer)
     steps.says(frame(1))
     steps.is_plugged_in = False

@@ -11,13 +11,14 @@ import cantools.database
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.devices.absence import thirty_seconds
 from support.devices.can_steps import COMMAND_ID, CanOnSteps, error_frame
 
 from mosaic_can.command_frame import CommandFrame
 from mosaic_can.databases import CanDatabase
 from mosaic_can.kept_bus import ERROR_BUS_OFF, ERROR_RESTARTED
 from mosaic_can.send import CanSendConfigurer
-from mosaic_core.testing import Leaves, LosesLease, Silence, Stopped, build, connector, feed, joined, until
+from mosaic_core.testing import Leaves, LosesLease, Silence, Stopped, build, connector, fake_host, feed, joined, until
 from mosaic_core.words.errors import MosaicError, Refused
 
 SAMPLE = CanDatabase(["sample"])
@@ -103,7 +104,7 @@ def test_limits_of_the_robots_file_narrow_and_never_widen_the_range(opened: CanO
     assert set(said(opened.heard())) <= {SAFE}
 
 
-def test_while_the_bus_is_away_commands_are_refused_and_its_return_begins_with_the_safe_frame(
+def test_while_the_bus_is_away_for_thirty_seconds_commands_are_refused_and_its_return_begins_with_the_safe_frame(
     opened: CanOnSteps,
 ) -> None:
     handler = drive(opened)
@@ -114,7 +115,9 @@ def test_while_the_bus_is_away_commands_are_refused_and_its_return_begins_with_t
     opened.is_plugged_in = False
     assert not opened.bus.step(0.0)
     opened.bus.close()
-    assert [one.code for one in feed(handler, [FORWARD, Stopped()]).refused] == ["plugin.no_device"]
+    for _ in thirty_seconds(fake_host(handler).clock):
+        assert not opened.bus.open()
+        assert [one.code for one in feed(handler, [FORWARD, Stopped()]).refused] == ["plugin.no_device"]
     opened.is_plugged_in = True
     assert opened.bus.open()
     opened.bus.close()

@@ -1,8 +1,7 @@
 """Keeps a drive's device open for the robot's life, and stops it before it is closed and after it was opened.
 
 Three threads meet here: the *receiver's* calls :meth:`KeptDrive.apply`, the robot's *safety* thread (or any other)
-calls :meth:`KeptDrive.stop`, and one thread of our own, the *keeper*, opens the device, tries again when it is lost,
-and closes it.
+calls :meth:`KeptDrive.stop`, and that of the keeper opens the device, tries again when it is lost, and closes it.
 
 A stop that overtakes a command is the framework's: it says :meth:`KeptDrive.stop` again when the command returns, and
 while it hangs.
@@ -15,32 +14,27 @@ import threading
 from typing import Any, Self
 
 from mosaic_cmdvel.drive import Drive
+from mosaic_core.contract.devices.keeper import RETRY, Keeper
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist
 
 _log = logging.getLogger(__name__)
-
-RETRY_S = (0.5, 1.0, 2.0, 5.0)
-"""Waits between attempts to open a device; the last one repeats. A replugged USB adapter is back within seconds."""
-CLOSE_TIMEOUT_S = 1.0
-"""A device that does not close in this time is abandoned: a robot shuts down within 2 s."""
 
 
 class KeptDrive:
     """Keeps a drive and opens its device again after a failure. Enter it with the robot (``Shared``); entering never
     fails and never blocks."""
 
-    def __init__(self, label: str, drive: Drive[Any], retry_s: tuple[float, ...] = RETRY_S) -> None:
+    def __init__(self, label: str, drive: Drive[Any], retry: BackoffPolicy = RETRY) -> None:
         self._label = label
         self._drive = drive
-        self._retry_s = retry_s
         self._changed = threading.Condition()
         self._is_open = False
         self._is_lost = False
-        self._is_closing = False
-        self._attempts = 0
+        self._has_failed = False
         self._was_applied = False
-        self._keeper: threading.Thread | None = None
+        self._keeper = Keeper(f"{label}-drive", self._turn, retry=retry)
 
     @property
     def is_open(self) -> bool:
@@ -52,19 +46,12 @@ class KeptDrive:
             return self._changed.wait_for(lambda: self._is_open, timeout_s)
 
     def __enter__(self) -> Self:
-        self._is_closing = False
-        self._keeper = threading.Thread(target=self._keep, name=f"{self._label}-drive", daemon=True)
+        self._has_failed = False
         self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        with self._changed:
-            self._is_closing = True
-            self._changed.notify_all()
-        if self._keeper is not None:
-            self._keeper.join(CLOSE_TIMEOUT_S)
-            if self._keeper.is_alive():
-                _log.error("%s: the drive did not close within %s s and was abandoned", self._label, CLOSE_TIMEOUT_S)
+        self._keeper.stop()
 
     def apply(self, twist: Twist) -> None:
         """Hand ``twist`` to the drive. Receiver's thread, one at a time.
@@ -77,7 +64,7 @@ class KeptDrive:
             self._was_applied = True
         try:
             self._drive.apply(twist)
-            self._attempts = 0
+            self._keeper.worked()
         except Refused:
             raise
         except Exception as error:
@@ -98,44 +85,35 @@ class KeptDrive:
         with self._changed:
             if self._is_open:
                 _log.error("%s: lost the drive: %s: %s; opening it again", self._label, type(error).__name__, error)
+                self._keeper.wake()
             self._is_open, self._is_lost = False, True
-            self._changed.notify_all()
 
-    def _keep(self) -> None:
-        failed_before = False
-        while True:
-            try:
-                with self._drive:
-                    self._drive.stop()  # a controller may still carry out what a crashed program told it
-                    self._opened(failed_before)
-                    self._attend()
-            except Exception as error:  # noqa: BLE001 - a device may fail in any way; reported and tried again
-                self._open_failed(error, failed_before)
-            failed_before = True
-            retry_s = self._retry_s[min(self._attempts, len(self._retry_s) - 1)]
-            self._attempts += 1
-            with self._changed:
-                if self._changed.wait_for(lambda: self._is_closing, retry_s):
-                    return
+    def _turn(self) -> float:
+        """Open the device and wait until it is lost, or the robot ends."""
+        try:
+            with self._drive:
+                self._drive.stop()  # a controller may still carry out what a crashed program told it
+                self._opened()
+                while not (self._is_lost or self._keeper.wait()):
+                    pass
+                self._last_stop()
+        except Exception as error:  # noqa: BLE001 - a device may fail in any way; reported and tried again
+            self._open_failed(error)
+        self._has_failed = True
+        return self._keeper.failed()
 
-    def _opened(self, failed_before: bool) -> None:
+    def _opened(self) -> None:
         with self._changed:
             self._is_open, self._is_lost = True, False
             self._changed.notify_all()
-        if failed_before:
+        if self._has_failed:
             _log.warning("%s: the drive is back", self._label)
 
-    def _open_failed(self, error: Exception, failed_before: bool) -> None:
+    def _open_failed(self, error: Exception) -> None:
         with self._changed:
             self._is_open = False
-        if not failed_before:
+        if not self._has_failed:
             _log.error("%s: the drive can't be opened: %s: %s; trying again", self._label, type(error).__name__, error)
-
-    def _attend(self) -> None:
-        """Wait until the device is lost or the robot ends."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._is_closing or self._is_lost)
-        self._last_stop()
 
     def _last_stop(self) -> None:
         """Before closing, also a device that was lost: a command that failed half-way may have set it moving."""

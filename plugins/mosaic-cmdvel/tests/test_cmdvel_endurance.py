@@ -13,6 +13,7 @@ from mosaic_cmdvel.drives.unicycle import UnicycleDrive, UnicycleParams
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist
 
 IN_TIME_S = 10.0
@@ -59,7 +60,7 @@ def port(tmp_path: Path) -> Path:
 
 def kept(port: Path) -> KeptDrive:
     params = UnicycleParams(type="unicycle", wheel_radius_m=0.1, track_width_m=0.5, port=str(port))
-    return KeptDrive("base", UnicycleDrive(params, Shared()), retry_s=(0.01,))
+    return KeptDrive("base", UnicycleDrive(params, Shared()), retry=BackoffPolicy(0.01, max_s=0.01))
 
 
 def test_a_controller_that_is_pulled_out_while_it_drives_begins_with_a_stop_when_it_returns(port: Path) -> None:

@@ -9,9 +9,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import pytest
+from support.devices.absence import hasty, tries_in_thirty_seconds
 
 from mosaic_cmdvel.kept_drive import KeptDrive
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import STANDSTILL, Twist
 
 if TYPE_CHECKING:
@@ -31,7 +34,7 @@ def receiver() -> Iterator[ThreadPoolExecutor]:
 
 @pytest.fixture
 def kept(drive: ScriptedDrive) -> KeptDrive:
-    return KeptDrive("base", drive, retry_s=(0.001,))
+    return KeptDrive("base", drive, retry=BackoffPolicy(0.001, max_s=0.001))
 
 
 def refusal(future: Future[None]) -> str:
@@ -83,6 +86,28 @@ def test_a_device_that_cannot_be_opened_is_told_once_and_tried_again(
         "base: the drive can't be opened: FileNotFoundError: no /dev/ttyACM0; trying again",
         "base: the drive is back",
     ]
+
+
+def test_a_device_that_is_away_for_thirty_seconds_takes_no_commands_and_starts_with_a_stop(
+    drive: ScriptedDrive, caplog: pytest.LogCaptureFixture
+) -> None:
+    with KeptDrive("base", drive, retry=hasty(RETRY)) as kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        kept.apply(FORWARD)
+        drive.apply_error = drive.open_error = drive.stop_error = OSError("unplugged")
+        with pytest.raises(Refused, match="the drive failed; opening it again"):
+            kept.apply(FORWARD)
+        often = drive.opened + tries_in_thirty_seconds(RETRY)
+        assert drive.wait_for(lambda: drive.opened >= often)
+        with pytest.raises(Refused, match="isn't open; trying again"):
+            kept.apply(FORWARD)
+        drive.apply_error = drive.open_error = drive.stop_error = None
+        assert kept.wait_until_open(IN_TIME_S)
+        assert drive.velocity == STANDSTILL
+        kept.apply(FORWARD)
+        assert drive.velocity == FORWARD
+
+    assert caplog.messages == ["base: lost the drive: OSError: unplugged; opening it again", "base: the drive is back"]
 
 
 def test_a_device_lost_while_driving_is_opened_again_and_starts_with_a_stop(
@@ -141,7 +166,7 @@ def test_leaving_while_a_command_hangs_stops_and_closes(
 
 
 def test_a_device_lost_by_a_failing_command_is_stopped_before_it_is_closed(drive: ScriptedDrive) -> None:
-    kept = KeptDrive("base", drive, retry_s=(IN_TIME_S,))
+    kept = KeptDrive("base", drive, retry=BackoffPolicy(IN_TIME_S, max_s=IN_TIME_S))
     with kept:
         assert kept.wait_until_open(IN_TIME_S)
         kept.apply(FORWARD)

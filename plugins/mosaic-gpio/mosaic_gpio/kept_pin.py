@@ -7,13 +7,11 @@ import threading
 from collections.abc import Callable
 from typing import Any, Self
 
-from mosaic_core import DeviceGone, Refused
+from mosaic_core import DeviceGone, Keeper, Refused
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_gpio.factories import PinParams, opening
 
 _log = logging.getLogger(__name__)
-
-RETRY_S = 2.0
-CLOSE_TIMEOUT_S = 1.0
 
 
 class KeptPin:
@@ -34,9 +32,8 @@ class KeptPin:
         self._problem = f"{params.place} is not open yet"
         """Not the error itself: its traceback would keep a device that was half opened, and the pin with it."""
         self._opened = threading.Event()
-        self._wake = threading.Event()
-        self._is_closing = False
-        self._keeper: threading.Thread | None = None
+        self._was_told = False
+        self._keeper = Keeper(f"mosaic-{params.place}", self._turn, retry=RETRY)
 
     @property
     def value(self) -> float | None:
@@ -69,49 +66,41 @@ class KeptPin:
             return
 
     def __enter__(self) -> Self:
-        self._is_closing = False
-        self._wake.clear()
-        self._keeper = threading.Thread(target=self._keep, name=f"mosaic-{self.params.place}", daemon=True)
+        self._was_told = False
         self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._is_closing = True
-        self._wake.set()
-        if self._keeper is not None:
-            self._keeper.join(CLOSE_TIMEOUT_S)
-            self._keeper = None
+        self._keeper.stop()
 
-    def _keep(self) -> None:
-        was_told = False
-        while not self._is_closing:
-            try:
-                with opening(self.params):
-                    device = self._make()
-            except DeviceGone as gone:
-                self._problem = gone.message
-                if not was_told:
-                    _log.warning("%s Trying again.", gone.message)
-                was_told = True
-                self._wake.wait(RETRY_S)
-                continue
-            if was_told:
-                _log.warning("%s is back", self.params.place)
-            with self._lock:
-                self._device, was_told = device, False
-            self._opened.set()
-            self._wake.wait()
-            self._close(device)
-            if not self._is_closing:
-                was_told = True
-                self._wake.clear()
+    def _turn(self) -> float:
+        """Open it and wait until it is lost, or the robot ends."""
+        try:
+            with opening(self.params):
+                device = self._make()
+        except DeviceGone as gone:
+            self._problem = gone.message
+            if not self._was_told:
+                _log.warning("%s Trying again.", gone.message)
+            self._was_told = True
+            return self._keeper.failed()
+        if self._was_told:
+            _log.warning("%s is back", self.params.place)
+        with self._lock:
+            self._device = device
+        self._opened.set()
+        self._keeper.worked()
+        self._keeper.wait()
+        self._close(device)
+        self._was_told = True
+        return 0.0
 
     def _lost(self, gone: DeviceGone) -> None:
         """Locked."""
         _log.warning("%s; opening it again", gone.message)
         self._device, self._problem = None, gone.message
         self._opened.clear()
-        self._wake.set()
+        self._keeper.wake()
 
     def _close(self, device: Any) -> None:
         with self._lock:

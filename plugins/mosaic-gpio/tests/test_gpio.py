@@ -13,9 +13,11 @@ from gpiozero import Device, DigitalOutputDevice
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
+from support.devices.absence import hasty, tries_in_thirty_seconds
 from support.waiting import wait_for
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, fake_host, feed
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_gpio import kept_pin
@@ -184,10 +186,11 @@ TURNED: dict[str, Any] = {"names": ["pan"], "positions": [0.5]}
     ("configurer", "params", "command"),
     [(GpioOutputConfigurer, {"pin": 27}, LIT), (GpioServoConfigurer, {"pin": 27, "joint": "pan"}, TURNED)],
 )
-def test_a_pin_that_fails_is_refused_until_it_is_opened_again_in_its_safe_state(
+def test_a_pin_that_fails_for_thirty_seconds_is_refused_until_it_is_opened_again_in_its_safe_state(
     pins: MockFactory, monkeypatch: pytest.MonkeyPatch, configurer: Any, params: Any, command: Any
 ) -> None:
-    monkeypatch.setattr(kept_pin, "RETRY_S", 0.01)
+    often = tries_in_thirty_seconds(RETRY)
+    monkeypatch.setattr(kept_pin, "RETRY", hasty(RETRY))
     shared, pin = Shared(), pins.pin(27)
     handler = build(configurer, params=params, shared=shared)
     tries: list[Any] = []
@@ -202,7 +205,7 @@ def test_a_pin_that_fails_is_refused_until_it_is_opened_again_in_its_safe_state(
         assert pin.state
         with monkeypatch.context() as broken:
             broken.setattr(type(pin), "_set_state", fail)
-            wait_for(lambda: feed(handler, [command]).refused and len(tries) >= 6, "it is tried again and again")
+            wait_for(lambda: feed(handler, [command]).refused and len(tries) > often, "it is tried again and again")
             assert [one.code for one in feed(handler, [command]).refused] == ["plugin.no_device"]
         assert handler._pin.wait_open(OPENS_S)
         assert not pin.state

@@ -9,6 +9,7 @@ from contextlib import aclosing, asynccontextmanager
 from typing import Any
 
 import pytest
+from support.devices.absence import thirty_seconds
 
 from mosaic_core.testing import build, connector, fake_host, joined
 from mosaic_core.words.errors import ConfigError, DeviceGone
@@ -149,13 +150,14 @@ async def test_any_other_status_is_a_device_that_is_gone(server: Server, status:
     assert len(server.questions) == 1
 
 
-async def test_a_server_that_vanishes_is_gone_and_its_return_is_noticed(server: Server) -> None:
+async def test_a_server_that_is_away_for_thirty_seconds_is_gone_and_its_return_is_noticed(server: Server) -> None:
     server.answers = [value({"n": 1})]
     async with server.here() as url:
         handler = poller(url)
         await anext(handler.messages())
-    with pytest.raises(DeviceGone, match="is the server running"):
-        await anext(handler.messages())
+    for _ in thirty_seconds(fake_host(handler).clock):
+        with pytest.raises(DeviceGone, match="is the server running"):
+            await anext(handler.messages())
     async with server.here():
         assert await anext(handler.messages()) == {"n": 1}
 

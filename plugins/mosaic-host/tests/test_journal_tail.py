@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.devices.absence import thirty_seconds
 
 from mosaic_core.messages import Log
 from mosaic_core.testing import build, collect, fake_host
@@ -96,11 +97,12 @@ def test_a_flood_is_thinned_and_counted(journalctl: Install) -> None:
     assert losses >= 1990
 
 
-def test_a_journal_that_ends_is_gone_with_its_reason_and_read_again(journalctl: Install) -> None:
+def test_a_journal_that_is_away_for_thirty_seconds_is_gone_with_its_reason_and_read_again(journalctl: Install) -> None:
     handler = tail()
     journalctl("sys.stderr.write('No journal files were opened\\n'); sys.exit(1)")
-    with pytest.raises(DeviceGone, match=r"journalctl ended \(1\): No journal files were opened"):
-        collect(handler, 1)
+    for _ in thirty_seconds(fake_host(handler).clock):
+        with pytest.raises(DeviceGone, match=r"journalctl ended \(1\): No journal files were opened"):
+            collect(handler, 1)
     journalctl(says(ENTRY, "sys.exit(0)"))
     fake_host(handler).arm()
     with closing(handler.messages()) as messages:

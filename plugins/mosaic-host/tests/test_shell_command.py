@@ -13,11 +13,12 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.devices.absence import thirty_seconds
 
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.request_handler import Request
-from mosaic_core.testing import Answered, ask, build, connector, joined
+from mosaic_core.testing import Answered, ask, build, connector, fake_host, joined
 from mosaic_core.words.errors import ConfigError
 from mosaic_host.commands.output import KeptOutput
 from mosaic_host.commands.shell_command import ShellCommand, ShellCommandConfigurer
@@ -120,11 +121,12 @@ def test_a_program_that_is_not_there_is_refused() -> None:
     assert refused.code == "plugin.no_device"
 
 
-def test_a_program_that_goes_away_is_refused_and_run_again_when_it_is_back(tmp_path: Path) -> None:
+def test_a_program_that_is_away_for_thirty_seconds_is_refused_and_run_again_when_it_is_back(tmp_path: Path) -> None:
     """As one on a disk that is mounted late."""
     program = tmp_path / "tool"
     made = handler(commands={"it": {"argv": [str(program)]}})
-    for there in (True, False, False, True):
+    clock = fake_host(made).clock
+    for there in (True, *(False for _ in thirty_seconds(clock)), True):
         if there:
             program.write_text("#!/bin/sh\necho there\n")
             program.chmod(0o755)

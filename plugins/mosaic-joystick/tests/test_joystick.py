@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from support.devices.absence import thirty_seconds
 
 from mosaic_core import DeviceGone
 from mosaic_core.testing import build, collect
@@ -54,7 +55,7 @@ def test_a_change_is_told_at_the_next_look(stick: Any, joystick: FakeInput, fake
     assert fake_clock.now_s - began_s < 0.1 + 0.05
 
 
-def test_a_stick_that_is_unplugged_is_told_as_let_go_before_it_is_gone(
+def test_a_stick_that_is_unplugged_for_thirty_seconds_is_told_as_let_go_before_it_is_gone(
     stick: Any, joystick: FakeInput, fake_clock: Any
 ) -> None:
     joystick.press(0x120)
@@ -66,6 +67,9 @@ def test_a_stick_that_is_unplugged_is_told_as_let_go_before_it_is_gone(
     assert last.axes == [0.0, 0.0, 0.0, 0.0]
     with pytest.raises(DeviceGone, match="is gone"):
         next(messages)
+    for _ in thirty_seconds(fake_clock):
+        with pytest.raises(DeviceGone, match="there is no stick"):
+            collect(stick, 1)
     joystick.pressed.clear()
     joystick.plug()
     assert collect(stick, 1)[0].buttons == [0, 0]

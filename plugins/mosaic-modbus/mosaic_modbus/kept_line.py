@@ -8,11 +8,12 @@ drive may still carry out what a crashed program told it.
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Callable, Sequence
 from typing import Protocol, Self, TypeVar
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.words.errors import DeviceGone
 from mosaic_modbus.fake_port import FakeModbusPort
 from mosaic_modbus.params import FAKE, ModbusLineParams
@@ -22,8 +23,8 @@ from mosaic_modbus.turns import Turns
 
 _log = logging.getLogger(__name__)
 
-RETRY_S = (0.2, 0.5, 1.0, 2.0)
-"""Waits between attempts to open a line; the last one repeats."""
+RETRY = BackoffPolicy(first_s=0.2, max_s=2.0, jitter=0.0)
+"""Waits between attempts to open a line."""
 OWED_S = 0.2
 """Safe values that a device did not take are written again so often."""
 CLOSE_TIMEOUT_S = 5.0
@@ -57,9 +58,7 @@ class KeptLine:
         self._port: ModbusPort | None = None
         self._writers: list[SafeValues] = []
         self._turns = Turns()
-        self._news = threading.Event()
-        self._is_closing = False
-        self._thread: threading.Thread | None = None
+        self._keeper = Keeper("modbus-line", self._turn, self.close, CLOSE_TIMEOUT_S, RETRY)
 
     @property
     def is_open(self) -> bool:
@@ -126,44 +125,29 @@ class KeptLine:
         port, self._port = self._port, None
         if port is not None:
             port.close()
-        self._news.set()
+        self._keeper.wake()
 
     def wake(self) -> None:
         """A writer could not make its device safe: the line's thread goes on trying."""
-        self._news.set()
+        self._keeper.wake()
 
     # -- the line's own thread ---------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
-        self._is_closing = False
-        self._thread = threading.Thread(target=self._run, name="modbus-line", daemon=True)
-        self._thread.start()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._is_closing = True
-        self._news.set()
-        if self._thread is not None:
-            self._thread.join(CLOSE_TIMEOUT_S)
+        self._keeper.stop()
 
-    def _run(self) -> None:
-        attempts = 0
-        while not self._is_closing:
-            if self.is_open or self.open():
-                attempts = 0
-                self.pay()
-                wait_s = OWED_S if any(one.owes for one in self._writers) and self.is_open else None
-                wait_s = wait_s if self.is_open else 0.0
-            else:
-                wait_s = RETRY_S[min(attempts, len(RETRY_S) - 1)]
-                attempts += 1
-            self._rest(wait_s)
-        self.close()
-
-    def _rest(self, wait_s: float | None) -> None:
-        if not self._is_closing:
-            self._news.wait(wait_s)
-        self._news.clear()
+    def _turn(self) -> float | None:
+        if not (self.is_open or self.open()):
+            return self._keeper.failed()
+        self._keeper.worked()
+        self.pay()
+        if not self.is_open:
+            return 0.0
+        return OWED_S if any(one.owes for one in self._writers) else None
 
     def open(self) -> bool:
         """Open it; every writer owes its safe values. ``False`` where it can't be."""

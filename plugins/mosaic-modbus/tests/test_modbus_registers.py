@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from pymodbus import FramerType
 from pymodbus.constants import ExcCodes
+from support.devices.absence import thirty_seconds
 from support.devices.modbus_device import Lines, ModbusDevice, SerialCable, tcp_device
 
 from mosaic_core.contract.configurer import Shared
@@ -96,15 +97,18 @@ def test_a_device_that_refuses_everything_tells_nothing_and_is_no_lost_line(
     assert line.failure is None
 
 
-def test_a_server_that_vanishes_is_gone_and_then_read_again(lines: Lines, device: ModbusDevice, port: int) -> None:
+def test_a_server_that_is_away_for_thirty_seconds_is_gone_and_then_read_again(
+    lines: Lines, device: ModbusDevice, port: int
+) -> None:
     line, handler = on_line(lines, f"tcp://127.0.0.1:{port}")
     assert collect(handler, 1) == [TOLD]
     device.switch_off()
     with pytest.raises(DeviceGone, match="is lost"):
         collect(handler, 1)
-    assert not line.open()
-    with pytest.raises(DeviceGone, match="can't be opened"):
-        collect(handler, 1)
+    for _ in thirty_seconds(fake_host(handler).clock):
+        assert not line.open()
+        with pytest.raises(DeviceGone, match="can't be opened"):
+            collect(handler, 1)
     device.switch_on()
     assert line.open()
     assert collect(handler, 1) == [TOLD]

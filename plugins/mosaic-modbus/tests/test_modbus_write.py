@@ -7,9 +7,21 @@ from typing import Any
 
 import pytest
 from pymodbus.constants import ExcCodes
+from support.devices.absence import thirty_seconds
 from support.devices.modbus_device import Lines, ModbusDevice, SerialCable
 
-from mosaic_core.testing import Leaves, LosesLease, Silence, Stopped, build, connector, feed, joined, until
+from mosaic_core.testing import (
+    Leaves,
+    LosesLease,
+    Silence,
+    Stopped,
+    build,
+    connector,
+    fake_host,
+    feed,
+    joined,
+    until,
+)
 from mosaic_core.words.errors import ConfigError
 from mosaic_modbus.kept_line import KeptLine
 from mosaic_modbus.write import ModbusWriteConfigurer
@@ -104,7 +116,7 @@ def test_a_device_that_says_no_is_quoted_and_gets_its_safe_values_before_any_com
     assert len(feed(handler, [COMMAND]).accepted) == 1
 
 
-def test_a_server_that_vanishes_refuses_commands_and_its_return_begins_with_the_safe_values(
+def test_a_server_that_is_away_for_thirty_seconds_refuses_commands_and_its_return_begins_with_the_safe_values(
     lines: Lines, device: ModbusDevice, port: int
 ) -> None:
     line, handler = on_line(lines, f"tcp://127.0.0.1:{port}")
@@ -112,6 +124,9 @@ def test_a_server_that_vanishes_refuses_commands_and_its_return_begins_with_the_
     opened(line)
     device.switch_off()
     assert [one.code for one in feed(handler, [COMMAND, Stopped()]).refused] == ["plugin.no_device"]
+    for _ in thirty_seconds(fake_host(handler).clock):
+        assert not line.open()
+        assert [one.code for one in feed(handler, [COMMAND, Stopped()]).refused] == ["plugin.no_device"]
     device.asked.clear()
     device.switch_on()
     opened(line)

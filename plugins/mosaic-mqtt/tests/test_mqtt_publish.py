@@ -17,8 +17,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from support.devices.absence import thirty_seconds
 
-from mosaic_core.testing import Leaves, Silence, Stopped, build, fake_host, feed
+from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, fake_host, feed
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import ConfigError, DeviceGone, Refused
 from mosaic_core.words.wire_model import parsed_value
@@ -149,7 +150,7 @@ def test_what_moves_nothing_is_published_as_it_is_and_nothing_follows(broker: Mo
     assert (fed.made_safe, commands.timeout_s, commands.delivery) == ([], None, Delivery.RELIABLE)
 
 
-def test_without_a_broker_commands_are_dropped_and_told_and_its_return_begins_with_the_safe_one(
+def test_while_the_broker_is_away_for_thirty_seconds_commands_are_dropped_and_its_return_begins_with_the_safe_one(
     stopped_broker: Mosquitto,
 ) -> None:
     commands, state = both(stopped_broker.url, qos=1)
@@ -171,6 +172,10 @@ def test_without_a_broker_commands_are_dropped_and_told_and_its_return_begins_wi
             next(messages)
     dropped = feed(commands, [GO, GO, GO, Leaves()])
     assert [one.code for one in dropped.refused] == ["plugin.no_device"] * 3
+    for _ in thirty_seconds(fake_host(state).clock):
+        with pytest.raises(DeviceGone, match="can't be used"):
+            collect(state, 1)
+        assert [one.code for one in feed(commands, [GO]).refused] == ["plugin.no_device"]
 
     stopped_broker.start()
     with listening(stopped_broker) as robot:

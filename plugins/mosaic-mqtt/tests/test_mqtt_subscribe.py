@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from support.devices.absence import thirty_seconds
 
 from mosaic_core.testing import build, collect, fake_host
 from mosaic_core.words.data_type import MosaicDataType
@@ -98,7 +99,9 @@ def test_a_flood_waits_where_it_is_bounded_and_arrives_whole(broker: Mosquitto) 
     assert longest < 64
 
 
-def test_a_broker_that_goes_is_a_device_that_is_gone_and_one_that_returns_is_used(stopped_broker: Mosquitto) -> None:
+def test_a_broker_that_is_away_for_thirty_seconds_is_a_device_that_is_gone_and_one_that_returns_is_used(
+    stopped_broker: Mosquitto,
+) -> None:
     handler = subscriber(stopped_broker.url)
     with pytest.raises(DeviceGone, match="can't be used"):
         collect(handler, 1)
@@ -111,6 +114,9 @@ def test_a_broker_that_goes_is_a_device_that_is_gone_and_one_that_returns_is_use
     stopped_broker.stop()
     with pytest.raises(DeviceGone, match="is lost"):
         next(stream)
+    for _ in thirty_seconds(fake_host(handler).clock):
+        with pytest.raises(DeviceGone, match="can't be used"):
+            collect(handler, 1)
 
     stopped_broker.start()
     stopped_broker.keep(("a/x", "2"))

@@ -187,7 +187,9 @@ def test_anything_unforeseen_ends_the_recording_alone(stage: Set, caplog: pytest
     assert "recording of 'front' ended" in caplog.text
 
 
-def test_a_camera_that_is_away_is_told_and_waited_for(stage: Set, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_camera_that_is_away_for_thirty_seconds_is_told_and_waited_for(
+    stage: Set, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(recording_module, "WAKE_S", 0.01)
     monkeypatch.setattr(recording_module, "SILENT_S", 0.05)
     pictures = stage.studio.encoded(20, key_every=10)
@@ -195,14 +197,14 @@ def test_a_camera_that_is_away_is_told_and_waited_for(stage: Set, monkeypatch: p
     recording = stage.recording(tap)
     recording.start()
     stage.studio.until(lambda: recording.status().state == "waiting")
-    tap.give(*(replace(one, captured_at_s=one.captured_at_s + 5) for one in pictures[10:]))
+    tap.give(*(replace(one, captured_at_s=one.captured_at_s + 30) for one in pictures[10:]))
     stage.studio.until(lambda: recording.status().pictures == 15)
     assert recording.status().state == "recording"
     recording.wish("stop")
     assert ended(recording) == ""
     movie = stage.movie()
     assert movie.numbers == [*range(5), *range(10, 20)]
-    assert movie.times_s[5] == pytest.approx(5 + 10 / 30, abs=0.002)
+    assert movie.times_s[5] == pytest.approx(30 + 10 / 30, abs=0.002)
 
 
 def test_key_frames_are_asked_for_where_none_come(stage: Set) -> None:

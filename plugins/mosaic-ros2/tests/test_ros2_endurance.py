@@ -17,10 +17,12 @@ from support.devices.ros_side import RosNode, encoded, qos
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist
 from mosaic_core.testing import Joined, connector, joined, until
 from mosaic_ros2.bus import kept_publication
 from mosaic_ros2.bus.dds import dds_service
+from mosaic_ros2.bus.dds.dds_service import MATCH_S
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import RELIABLE
 from mosaic_ros2.cdr.encoding import CdrEncoder
@@ -38,6 +40,8 @@ SET_BOOL = "std_srvs/srv/SetBool"
 FIBONACCI = "example_interfaces/action/Fibonacci"
 FEEDBACK = "example_interfaces/msg/Fibonacci_FeedbackMessage"
 FLOOD = 3000
+ASKED_WHILE_AWAY = round(30.0 / MATCH_S)
+"""So often a question can be asked, and be given up, while its server is away for thirty seconds."""
 
 
 @contextmanager
@@ -52,8 +56,8 @@ def another_node(domain: int) -> Iterator[RosNode]:
 
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A node that is away for half a second is away for long."""
-    monkeypatch.setattr(dds_service, "MATCH_S", 0.5)
+    """A node that is away for a tenth of a second is away for three."""
+    monkeypatch.setattr(dds_service, "MATCH_S", MATCH_S / 30)
 
 
 async def lamp(link: Joined, is_on: bool = True) -> Any:
@@ -69,14 +73,17 @@ async def refused(asking: Callable[[], Any], words: str) -> None:
         await asking()
 
 
-async def test_a_service_is_refused_while_its_server_is_away_and_answers_when_it_is_back(domain: int) -> None:
+async def test_a_service_is_refused_while_its_server_is_away_for_thirty_seconds_and_answers_when_it_is_back(
+    domain: int,
+) -> None:
     params = {"domain": domain, "service": "/lamp", "type": SET_BOOL}
     async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
         for _ in range(2):
             with another_node(domain) as node:
                 node.server("/lamp", SET_BOOL, answering)
                 assert (await lamp(link))["message"] == "lamp True"
-            await refused(lambda: lamp(link), "no server of /lamp is heard")
+            for _ in range(ASKED_WHILE_AWAY):
+                await refused(lambda: lamp(link), "no server of /lamp is heard")
 
 
 async def test_a_server_that_vanishes_in_the_middle_of_a_request_is_told(domain: int) -> None:
@@ -149,7 +156,7 @@ async def test_commands_go_on_once_somebody_subscribes_again(domain: int) -> Non
 async def test_a_writer_that_is_lost_is_opened_again_and_a_node_hears_a_standstill_before_the_next_command(
     node: RosNode, here: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kept_publication, "RETRY_S", (0.01,))
+    monkeypatch.setattr(kept_publication, "RETRY", BackoffPolicy(0.01, max_s=0.01))
     heard = node.subscription("/cmd_vel", TWIST, qos(depth=100))
     bus = Ros2Params(**here).bus(Shared())
     with bus, KeptPublication(bus, "/cmd_vel", TWIST, RELIABLE) as publication:
@@ -179,7 +186,7 @@ async def test_of_a_flood_of_commands_the_last_reaches_a_node_that_reads_slowly(
 ) -> None:
     heard = node.subscription("/speed", "std_msgs/msg/Float64", qos(depth=1))
     params = {**here, "topic": "/speed", "type": "std_msgs/msg/Float64", "motion_fields": ["data"]}
-    safety = {"timeout_s": 5.0, "requires_lease": False}
+    safety = {"timeout_s": 5.0, "requires_lease": False, "slow_down": "off"}
     async with joined(connector(Ros2PublisherConfigurer, label="speed", params=params, safety=safety)) as link:
         store = link.connection.sendable("speed")
         await store.wait_open()
@@ -214,7 +221,9 @@ class Counting:
         return {"status": 4, "result": {"sequence": [1]}}
 
 
-async def test_an_action_whose_server_vanishes_ends_and_the_next_goal_is_carried_out(domain: int) -> None:
+async def test_an_action_whose_server_vanishes_for_thirty_seconds_ends_and_the_next_goal_is_carried_out(
+    domain: int,
+) -> None:
     params = {"domain": domain, "action": "/count", "type": FIBONACCI, "requires_lease": False}
     async with joined(connector(Ros2ActionConfigurer, label="count", params=params)) as link:
         with another_node(domain) as node:
@@ -225,6 +234,9 @@ async def test_an_action_whose_server_vanishes_ends_and_the_next_goal_is_carried
             await refused(lambda: waiting, "the server of /count/_action/get_result is gone")
             server.is_done.set()
             del server
+        for _ in range(ASKED_WHILE_AWAY):
+            again = link.connection.request("count", {"order": 4}, timeout_s=60)
+            await refused(lambda again=again: again, "no server of /count/_action/send_goal is heard")  # type: ignore[misc]
         with another_node(domain) as node:
             server = Counting(node)
             server.is_done.set()

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from support.devices.ros_side import encoded
+from support.original_ros2_file import ORIGINAL_CONNECTORS
 from typer.testing import CliRunner
 
 from mosaic_core.cli.main import app
@@ -20,22 +21,12 @@ from mosaic_ros2.connectors.original_senders import (
 )
 from mosaic_ros2.definitions.type_book import TypeBook
 
-ORIGINAL = """
+ORIGINAL = f"""
 server:
   ws_url: ws://127.0.0.1:8080
-  auth: { type: simple-token, robot_id: 7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11, params: { token: t } }
+  auth: {{ type: simple-token, robot_id: 7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11, params: {{ token: t }} }}
 connectors:
-  - { type: ros2-sender-sensor-Image, label: camera, params: { topic_name: "/camera/image_raw", recordable: "true" } }
-  - type: ros2-sender-sensor-PointCloud2
-    label: lidar
-    params: { topic_name: /points, parallel_num: "3", stream_mode: progressive, voxel_size: "0.5", min_points_to_subdivide: "10" }
-  - { type: ros2-sender-sensor-PointCloud2, label: lidar_main, params: { topic_name: /points, parallel_num: "1" } }
-  - { type: ros2-sender-sensor-NavSatFix, label: gps, params: { topic_name: /fix } }
-  - { type: ros2-sender-geometry-Pose, label: pose, params: { topic_name: /pose } }
-  - { type: ros2-sender-geometry-PoseWithCovarianceStamped, label: amcl, params: { topic_name: /amcl_pose } }
-  - { type: ros2-receiver-geometry-Twist, label: cmd_vel, params: { topic_name: /cmd_vel } }
-  - { type: ros2-receiver-geometry-TwistStamped, label: cmd_vel_stamped, params: { topic_name: cmd_vel_stamped } }
-"""  # noqa: E501 - as such files have it
+{ORIGINAL_CONNECTORS}"""
 
 
 def test_a_file_of_an_original_robot_loads_unchanged(tmp_path: Path) -> None:
@@ -71,6 +62,14 @@ def test_a_fix_has_latitude_longitude_altitude_and_microseconds() -> None:
     found = sent(OriginalFixConfigurer, "sensor_msgs/msg/NavSatFix", values)
     wanted = {"latitude": 37.5, "longitude": 127.0, "altitude": 30.0, "timestamp": 3_000_000}
     assert wanted.items() <= found.items()
+
+
+def test_what_has_no_time_gets_that_of_its_arrival() -> None:
+    for configurer, name in (
+        (OriginalFixConfigurer, "sensor_msgs/msg/NavSatFix"),
+        (OriginalCovariancePoseConfigurer, "geometry_msgs/msg/PoseWithCovarianceStamped"),
+    ):
+        assert sent(configurer, name, {})["timestamp"] > 1_600_000_000_000_000
 
 
 @pytest.mark.parametrize("name", ["/", "", "a//b", "a b", "1a"])

@@ -6,10 +6,13 @@ import time
 from typing import Any
 
 import pytest
+from support.devices.absence import hasty as hasty_waits
+from support.devices.absence import tries_in_thirty_seconds
 from support.devices.memory_bus import MemoryBus, MemoryPublication, SharedMemoryBus
 from support.devices.ros_side import RosNode, decoded, encoded
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_core.contract.handler import Refused
 from mosaic_core.messages import JointTarget, Twist
 from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until
@@ -85,12 +88,12 @@ def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_aga
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """The next attempt comes at once."""
-    monkeypatch.setattr(kept_publication, "RETRY_S", (0.01,))
+    monkeypatch.setattr(kept_publication, "RETRY", hasty_waits(RETRY))
     monkeypatch.setattr(kept_publication, "OWED_S", 0.01)
 
 
 @pytest.mark.usefixtures("hasty")
-async def test_a_topic_that_is_lost_is_opened_again_and_begins_with_a_standstill_once_somebody_hears(
+async def test_a_topic_that_is_lost_for_thirty_seconds_begins_with_a_standstill_once_somebody_hears(
     base: Rig, caplog: pytest.LogCaptureFixture
 ) -> None:
     base.handler.handle_data(Twist.planar(0.3))
@@ -102,6 +105,8 @@ async def test_a_topic_that_is_lost_is_opened_again_and_begins_with_a_standstill
             base.handler.make_safe("safety.timeout")
         with pytest.raises(Refused, match="/topic is not open: the bus is away"):
             base.handler.handle_data(Twist.planar(0.4))
+    often = base.bus.asked + tries_in_thirty_seconds(RETRY)
+    await until(lambda: base.bus.asked >= often)
     base.bus.readers = 0
     base.bus.fails = False
     await until(lambda: base.bus.opened == 2)

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.devices.absence import AWAY_S
 from support.devices.pty_device import NAME, PtyDevice, plugged_in
 
 from mosaic_core.contract.configurer import Configurer
-from mosaic_core.testing import build, collect, connector, fake_host, joined, until
+from mosaic_core.testing import FakeHost, build, collect, connector, fake_host, joined, until
 from mosaic_core.words.errors import DeviceGone
 from mosaic_sensors.gps_nmea import GpsNmea, GpsNmeaConfigurer
 from mosaic_sensors.laser_scan.udp import LaserScanConfigurer
@@ -97,7 +98,7 @@ SCAN = json.dumps({"ranges": [1, None], "angle_min": 0, "angle_increment": 1}).e
 CLOUD = list(datagrams_of(np.ones((20, 3), np.float32), 1))
 
 
-@pytest.mark.parametrize(
+BY_DATAGRAMS = pytest.mark.parametrize(
     ("configurer", "params", "said"),
     [
         (UdpJsonConfigurer, lambda port: {"port": port}, [b'{"celsius": 21.5}']),
@@ -105,6 +106,46 @@ CLOUD = list(datagrams_of(np.ones((20, 3), np.float32), 1))
         (PointCloudConfigurer, lambda port: {"source": f"udp://127.0.0.1:{port}"}, CLOUD),
     ],
 )
+
+
+class Program(FakeHost):
+    """Sends ``said`` to ``port`` as soon as somebody listens there, is away for thirty seconds, and sends it again."""
+
+    def __init__(self, port: int, said: list[bytes]) -> None:
+        super().__init__()
+        self._steps = [lambda: say(port, said), lambda: self.clock.advance(AWAY_S), lambda: say(port, said)]
+
+    @property
+    def is_stopping(self) -> bool:
+        if self._steps:
+            self._steps.pop(0)()
+        return False
+
+
+def say(port: int, datagrams: list[bytes]) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:  # each time another one
+        for datagram in datagrams:
+            program.sendto(datagram, ("127.0.0.1", port))
+
+
+@BY_DATAGRAMS
+def test_a_program_that_is_away_for_thirty_seconds_is_heard_again_when_it_returns(
+    configurer: type[Configurer[Any]], params: Callable[[int], dict[str, Any]], said: list[bytes]
+) -> None:
+    port = free_port()
+    handler = build(configurer, params=params(port))
+    one: Any = handler[0] if isinstance(handler, list | tuple) else handler
+    host = Program(port, said)
+    one.bind(host)
+    body = next(getattr(one, name) for name in ("scans", "clouds", "messages") if hasattr(type(one), name))
+    with closing(iter(body())) as heard:
+        assert next(heard) is not None
+        assert next(heard) is not None
+    assert host.clock.now_s >= 1000.0 + AWAY_S
+    assert host.losses == {}
+
+
+@BY_DATAGRAMS
 async def test_a_program_that_says_nonsense_vanishes_and_returns_is_heard_again(
     configurer: type[Configurer[Any]], params: Callable[[int], dict[str, Any]], said: list[bytes]
 ) -> None:
@@ -115,9 +156,7 @@ async def test_a_program_that_says_nonsense_vanishes_and_returns_is_heard_again(
         store.subscribe(lambda data: heard.append(bytes(data)))
 
         def says(*datagrams: bytes) -> int:
-            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:  # each time another one
-                for datagram in datagrams:
-                    program.sendto(datagram, ("127.0.0.1", port))
+            say(port, list(datagrams))
             return len(heard)
 
         await until(lambda: says(*said), "it is heard")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import threading
 import time
 
 from pydantic import Field
 
-from mosaic_core import Params, Shared
+from mosaic_core import Keeper, Params, Shared
 from mosaic_sim.world import RobotState, World
 
 TICK_S = 0.02
@@ -29,8 +28,8 @@ class LiveWorld:
 
     def __init__(self, world: World) -> None:
         self.world = world
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._last_s = 0.0
+        self._keeper = Keeper("mosaic-sim-world", self._advance)
 
     @property
     def state(self) -> RobotState:
@@ -38,24 +37,19 @@ class LiveWorld:
         return self.world.state
 
     def __enter__(self) -> LiveWorld:
-        self._stopping.clear()
-        self._thread = threading.Thread(target=self._keep_in_step, name="mosaic-sim-world", daemon=True)
-        self._thread.start()
+        self._last_s = time.monotonic()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stopping.set()
         self.world.drive(0.0, 0.0)
-        if self._thread is not None:
-            self._thread.join(timeout=1.0)
-            self._thread = None
+        self._keeper.stop()
 
-    def _keep_in_step(self) -> None:
-        last_s = time.monotonic()
-        while not self._stopping.wait(TICK_S):
-            now_s = time.monotonic()
-            self.world.advance(min(now_s - last_s, MAX_CATCH_UP_S))
-            last_s = now_s
+    def _advance(self) -> float:
+        now_s = time.monotonic()
+        self.world.advance(min(now_s - self._last_s, MAX_CATCH_UP_S))
+        self._last_s = now_s
+        return TICK_S
 
 
 def shared_world(shared: Shared, seed: int) -> LiveWorld:

@@ -48,6 +48,14 @@ def test_never_more_than_the_path_has_to_spare() -> None:
     assert copied(lossy(0.03), 5.0, spare_bps=-1.0) == 0
 
 
+def test_what_is_spared_may_be_spent_at_once_from_the_first_packet_on() -> None:
+    copies = PacketCopies()
+    copies.reported(50, 950, 1.0, is_queued=False)
+    copies.wants(1, 0.0, 1.0)
+    assert copies.wants(1000, SPARE_BPS, 1.0 + 1000 / (0.2 * SPARE_BPS / 8))
+    assert not copies.wants(1, SPARE_BPS, 1.02)
+
+
 def test_a_queue_ends_it_for_a_while_and_longer_each_time() -> None:
     copies, now_s, pauses = lossy(0.03), 5.0, []
     for _ in range(3):

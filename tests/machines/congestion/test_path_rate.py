@@ -57,6 +57,14 @@ def test_where_pictures_come_through_much_faster_it_grows_quickly() -> None:
     assert Viewer().hear(40, trains_bps=20e6).rate.budget_bps == MAX_BPS
 
 
+@pytest.mark.parametrize(("room", "per_second"), [(1.31, 1.6), (1.3, 1.25), (1.12, 1.25), (1.1, 1.0), (0.5, 1.0)])
+def test_it_grows_by_how_much_faster_pictures_come_through_than_it_sends(room: float, per_second: float) -> None:
+    viewer = Viewer().hear(10, trains_bps=START_BPS)
+    assert viewer.rate.budget_bps == START_BPS
+    grown = viewer.hear(1, trains_bps=room * START_BPS).rate.budget_bps / START_BPS
+    assert grown == pytest.approx(per_second**REPORT_S, rel=1e-5)
+
+
 def test_where_that_is_not_known_it_grows_all_the_same() -> None:
     assert Viewer().hear(50).rate.budget_bps > 2 * START_BPS
 
@@ -243,6 +251,13 @@ def test_a_short_queue_that_stands_drains_because_a_little_less_is_sent() -> Non
     assert viewer.rate.paused_until_s < viewer.now_s
 
 
+def test_a_queue_of_30_ms_is_none() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    assert viewer.hear(10, queue_s=0.03, path_bps=1e6).rate.budget_bps == before_bps
+    assert viewer.hear(5, queue_s=0.031, path_bps=1e6).rate.budget_bps < before_bps
+
+
 def test_a_short_queue_that_stays_although_less_is_sent_is_how_that_path_is() -> None:
     viewer = Viewer().hear(20, trains_bps=20e6).hear(20, queue_s=0.04, path_bps=1e6)
     eased_bps = viewer.rate.budget_bps
@@ -314,6 +329,15 @@ def test_what_eased_is_near_what_the_path_takes_and_is_tried_again_after_as_many
     assert viewer.rate.is_limited(viewer.now_s)
     assert viewer.hear(4, queue_s=0.04, path_bps=0.8e6).rate.budget_bps == 850_000
     assert viewer.hear(1, queue_s=0.04, path_bps=0.8e6).rate.budget_bps == pytest.approx(0.85 * 0.8e6)
+
+
+def test_a_queue_that_did_not_drain_by_what_came_through_of_it_is_eased_again_by_what_others_leave() -> None:
+    words = {"queue_s": 0.04, "trains_bps": 4e6, "left": 0.25}
+    viewer = Viewer().hear(20, trains_bps=20e6).hear(5, path_bps=1.17e6, **words)
+    once_bps = viewer.rate.budget_bps
+    assert once_bps == pytest.approx(0.85 * 1.17e6)
+    again = viewer.hear(10, path_bps=1.02e6, **words)
+    assert again.rate.budget_bps == pytest.approx(0.85 * 1.02e6)
 
 
 def test_a_congestion_is_forgotten_after_20_s() -> None:

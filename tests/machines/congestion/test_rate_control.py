@@ -164,6 +164,61 @@ def test_growth_is_slower_where_the_receiver_estimates_less() -> None:
     assert START_BPS < budgets[0] < budgets[1]
 
 
+def reported(rate: RateControl, round_trips_s: list[float | None], from_s: float = 0.0) -> float:
+    """One clean report per second, each with a round trip, while as much as it allows is sent; when that ends."""
+    for number, round_trip_s in enumerate(round_trips_s):
+        now_s = sending(rate, 1, from_s + number)
+        rate.handle(ReceiverReport(0, 1000 * round(now_s + 1), round_trip_s), now_s)
+    return from_s + len(round_trips_s)
+
+
+def test_the_round_trip_is_that_of_the_newest_report_which_tells_one() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    assert rate.round_trip_s is None
+    reported(rate, [0.05, 0.03, None])
+    assert rate.round_trip_s == 0.03
+
+
+def test_a_round_trip_that_was_told_half_a_minute_ago_is_told_no_more() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = reported(rate, [0.05, *[None] * 29])
+    assert rate.round_trip_s == 0.05
+    reported(rate, [None] * 2, now_s)
+    assert rate.round_trip_s is None
+
+
+def test_a_path_that_has_become_longer_for_good_is_no_queue_after_half_a_minute() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = reported(rate, [0.03] * 3)
+    before_bps = rate.budget_bps
+    now_s = reported(rate, [0.3] * 20, now_s)
+    assert rate.budget_bps < before_bps / 2, "a queue, as far as anybody knows"
+    reported(rate, [0.3] * 40, now_s)
+    assert rate.budget_bps > before_bps
+
+
+@pytest.mark.parametrize(
+    ("shortest_s", "newest_s", "is_queue"),
+    [(0.03, 0.15, False), (0.03, 0.16, True), (0.2, 0.4, False), (0.2, 0.41, True)],
+)
+def test_a_queue_is_a_round_trip_longer_than_the_shortest_by_as_much_again_and_by_more_than_jitter(
+    shortest_s: float, newest_s: float, is_queue: bool
+) -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = reported(rate, [shortest_s] * 2)
+    before_bps = rate.budget_bps
+    reported(rate, [newest_s], now_s)
+    assert (rate.budget_bps < before_bps) is is_queue
+
+
+def test_a_queue_of_which_nothing_was_heard_lately_stands_no_more() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = reported(rate, [0.03, 0.03, 0.5])
+    low_bps = rate.budget_bps
+    reported(rate, [None] * 4, now_s)
+    assert rate.budget_bps > low_bps
+
+
 def test_packets_asked_for_again_count_before_the_report_comes() -> None:
     rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
     now_s = sending(rate, 2, 0.0)
@@ -180,6 +235,15 @@ def test_pictures_lost_again_and_again_count() -> None:
         assert rate.budget_bps == START_BPS
         rate.handle(PictureLost(), now_s + number * 0.5)
     assert rate.budget_bps < START_BPS
+
+
+def test_of_lost_pictures_the_last_three_count_whenever_others_were_lost() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    for at_s in (0.0, 10.0, 20.0, 22.0):
+        rate.handle(PictureLost(), at_s)
+    assert rate.budget_bps == START_BPS
+    rate.handle(PictureLost(), 23.0)
+    assert rate.budget_bps < START_BPS, "three within three seconds"
 
 
 def test_a_lost_picture_now_and_then_is_no_congestion() -> None:
@@ -206,6 +270,17 @@ def test_silence_backs_off_but_only_while_something_is_sent() -> None:
         now_s = sending(unheard, 0.5, now_s)
         unheard.tick(now_s)
     assert unheard.budget_bps == MIN_BPS
+
+
+def test_silence_of_four_seconds_backs_off_and_again_every_two_seconds() -> None:
+    rate, cut_at_s = RateControl(MIN_BPS, MAX_BPS, 0.0), []
+    for half_s in range(1, 18):
+        before_bps = rate.budget_bps
+        rate.sent(rate.budget_bps // 16, half_s / 2)
+        rate.tick(half_s / 2)
+        if rate.budget_bps < before_bps:
+            cut_at_s.append(half_s / 2)
+    assert cut_at_s == [4.0, 6.0, 8.0]
 
 
 def test_other_limits_hold_at_once() -> None:

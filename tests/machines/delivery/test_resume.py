@@ -108,6 +108,32 @@ def test_what_waited_too_long_is_lost() -> None:
     assert sent(sender) == [Numbered(2, "b")]
 
 
+def test_who_says_nothing_else_has_what_the_page_about_roaming_promises() -> None:
+    """docs/topics/roaming.md: as much as a queue holds, more on a live connection, for 60 seconds."""
+    away: ResumeSender[str] = ResumeSender()
+    assert [away.accept("a", 1, 0.0) for _ in range(513)] == [True] * 512 + [False]
+    away.forget_old(60.0)
+    assert away.unconfirmed == 512
+    away.forget_old(60.001)
+    assert away.resumed(0) == 512
+    assert taken_in_pieces(ResumeSender(), 2**20) == 2
+    live: ResumeSender[str] = ResumeSender()
+    live.resumed(0)
+    assert taken_in_pieces(live, 2**20) == 18
+    live = ResumeSender()
+    live.resumed(0)
+    assert taken_in_pieces(live, 1) == 512 + 4096
+
+
+def taken_in_pieces(sender: ResumeSender[str], size_bytes: int) -> int:
+    """How many of this size it takes, if what may go out does so at once."""
+    taken = 0
+    while sender.accept("a", size_bytes, 0.0):
+        taken += 1
+        sent(sender)
+    return taken
+
+
 def test_a_number_that_was_never_sent_is_not_believed() -> None:
     sender = sender_with("a", "b")
     sender.delivered(2)

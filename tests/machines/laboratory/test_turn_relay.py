@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -85,6 +86,30 @@ def test_nothing_is_relayed_for_who_allocated_nothing() -> None:
     assert bob.say(struct.pack("!HH", 0x4000, 2) + b"hi") == []
 
 
+@pytest.mark.parametrize("code", [300, 400, 437, 486, 508, 699])
+def test_a_refusal_tells_class_and_number_of_its_code_and_why(code: int) -> None:
+    """RFC 8489 §14.8."""
+    request = StunMessage(stun.ALLOCATE, "request", b"transaction!")
+    refused = request.refusal(code, "why")
+    assert (refused.method, refused.kind, refused.transaction) == (stun.ALLOCATE, "error", b"transaction!")
+    assert refused.attributes == {stun.ERROR_CODE: bytes((0, 0, code // 100, code % 100)) + b"why"}
+
+
+def test_each_mistake_of_a_client_is_refused_with_its_code() -> None:
+    alice = Client(TurnRelay(HOST), ALICE)
+    asked = [alice.ask(stun.REFRESH), alice.bind(0x4000, BOB)]
+    alice.allocate()
+    asked += [alice.ask(stun.CREATE_PERMISSION), alice.bind(0x3FFF, BOB), alice.bind(0x8000, BOB)]
+    asked += [alice.ask(stun.SEND, {stun.XOR_PEER: xor_address(BOB)})]
+    assert [code_of(answer) for answer in asked] == [437, 437, 400, 400, 400, 400]
+
+
+def code_of(answer: StunMessage) -> int:
+    assert answer.kind == "error"
+    _, hundreds, rest = struct.unpack_from("!HBB", answer.attributes[stun.ERROR_CODE])
+    return int(hundreds * 100 + rest)
+
+
 def test_a_channel_is_bound_to_one_peer_and_a_peer_to_one_channel() -> None:
     alice = Client(TurnRelay(HOST), ALICE)
     alice.allocate()
@@ -122,6 +147,40 @@ def test_the_names_that_a_client_has_for_others_are_translated_both_ways() -> No
 @given(endpoint=ENDPOINTS)
 def test_an_address_survives_its_attribute(endpoint: Endpoint) -> None:
     assert parse_xor_address(xor_address(endpoint)) == endpoint
+
+
+def test_an_address_is_written_as_the_example_of_the_rfc() -> None:
+    """RFC 5769 §2.2."""
+    assert xor_address(("192.0.2.1", 32853)) == bytes.fromhex("0001 a147 e112a643")
+    assert parse_xor_address(bytes.fromhex("0002 a147 e112a643")) is None, "IPv6"
+    assert parse_xor_address(bytes.fromhex("0001 a147 e112a6")) is None
+
+
+ATTRIBUTE = bytes.fromhex("8022 0003") + b"abc\0"
+HEAD = bytes.fromhex("0001 0008 2112a442") + b"transaction!"
+
+
+def test_of_an_attribute_that_comes_twice_the_first_counts() -> None:
+    twice = HEAD[:2] + b"\x00\x10" + HEAD[4:] + ATTRIBUTE + ATTRIBUTE.replace(b"abc", b"xyz")
+    assert parse_stun(twice) == StunMessage(stun.BINDING, "request", b"transaction!", {0x8022: b"abc"})
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        HEAD[:-1],
+        b"\x40" + HEAD[1:] + ATTRIBUTE,
+        b"\x80" + HEAD[1:] + ATTRIBUTE,
+        HEAD.replace(b"\x42", b"\x43") + ATTRIBUTE,
+        HEAD + ATTRIBUTE + b"\0",
+        HEAD + ATTRIBUTE[:-1],
+        HEAD[:3] + b"\x07" + HEAD[4:] + ATTRIBUTE[:-1],
+        HEAD + bytes.fromhex("8022 0005") + b"abc\0",
+    ],
+)  # fmt: skip
+def test_what_is_cut_short_or_too_long_or_no_stun_is_no_message(data: bytes) -> None:
+    assert parse_stun(HEAD + ATTRIBUTE) is not None
+    assert parse_stun(data) is None
 
 
 @given(

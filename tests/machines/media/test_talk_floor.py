@@ -40,6 +40,38 @@ def test_who_leaves_frees_the_floor_at_once() -> None:
     assert floor.heard("bob", 0.0) == "heard"
 
 
+def test_who_left_and_comes_back_is_told_anew() -> None:
+    floor = TalkFloor()
+    floor.heard("ann", 0.0)
+    assert floor.heard("bob", 0.1) == "refused"
+    floor.left("eve")
+    assert floor.heard("bob", 0.2) == "refused again"
+    floor.left("bob")
+    assert floor.heard("bob", 0.3) == "refused"
+
+
+def test_who_was_heard_meanwhile_is_told_anew() -> None:
+    floor = TalkFloor()
+    floor.heard("ann", 0.0)
+    assert floor.heard("bob", 0.1) == "refused"
+    floor.left("ann")
+    assert floor.heard("bob", 0.2) == "heard"
+    floor.left("bob")
+    floor.heard("ann", 0.3)
+    assert floor.heard("bob", 0.4) == "refused"
+
+
+def test_who_was_told_longest_ago_is_forgotten_first() -> None:
+    floor = TalkFloor()
+    floor.heard("ann", 0.0)
+    for number in range(MAX_OTHERS):
+        floor.heard(f"other {number}", 0.1)
+    floor.heard("other 0", 0.2)
+    floor.heard("one more", 0.2)
+    assert floor.heard("other 0", 0.3) == "refused again"
+    assert floor.heard("other 1", 0.3) == "refused"
+
+
 def test_who_may_not_talk_is_refused_even_when_nobody_does() -> None:
     floor = TalkFloor()
     assert floor.heard("eve", 0.0, may_talk=False) == "refused"

@@ -40,6 +40,27 @@ def test_the_summary_for_logs_has_no_addresses() -> None:
     assert it.summary() == "ice 40; ended 10040 (dtls.timeout) ms"
 
 
+def test_times_are_told_to_a_tenth_of_a_millisecond_and_none_lies_before_the_beginning() -> None:
+    it = ConnectionTimeline(100.0)
+    it.mark("asked", 99.0)
+    it.mark("offered", 100.01234)
+    it.end("peer.lost", 101.23456)
+    told = it.wire()
+    assert [one["atMs"] for one in told["marks"]] == [0.0, 12.3]
+    assert told["endedMs"] == 1234.6
+
+
+def test_moments_of_the_same_time_are_told_in_the_order_of_a_set_up() -> None:
+    it = ConnectionTimeline(0.0)
+    for moment in reversed(MOMENTS):
+        it.mark(moment, 1.0)
+    assert [one.moment for one in it.marks] == list(MOMENTS)
+
+
+def test_what_lives_tells_no_end() -> None:
+    assert ConnectionTimeline(0.0).wire() == {"marks": []}
+
+
 def test_every_moment_has_a_title() -> None:
     assert set(MOMENT_TITLES) == set(MOMENTS)
 

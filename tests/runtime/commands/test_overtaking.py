@@ -97,6 +97,19 @@ async def scene(request: pytest.FixtureRequest) -> AsyncIterator[Scene]:
     it.safety.close()
 
 
+async def test_who_closes_the_channel_takes_its_own_commands_along_and_nobody_elses(scene: Scene) -> None:
+    bob = Sender("bob", "t")
+    opening, generation = scene.receiver.channel_opened(bob), scene.receiver.watch.generation
+    scene.receiver.hold()
+    scene.receiver.accept(Incoming("slow", b'{"v": 0.5}', bob, 1, time.monotonic(), 0, opening, generation))
+    scene.says(b'{"v": 1.0}')
+    scene.receiver.channel_closed(bob)
+    scene.receiver.resume()
+    await until(lambda: scene.done)
+    assert [outcome.item.sender for outcome in scene.done] == [ANN]
+    assert scene.handler.speed == 1.0
+
+
 async def test_what_a_command_does_after_a_stop_overtook_it_is_undone_and_it_counts_as_refused(scene: Scene) -> None:
     await scene.hanging()
     scene.stop()

@@ -17,6 +17,7 @@ from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.machines.delivery.reassembly import MAX_PARTIAL
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -121,6 +122,9 @@ class Resume:
 
     def channel_closed(self, label: str) -> None:
         self.log.append(("closed", label))
+
+    def removed(self, label: str) -> None:
+        self.log.append(("removed", label))
 
 
 class Scene:
@@ -312,6 +316,22 @@ async def test_a_channel_whose_place_was_taken_ends_nothing_when_it_closes() -> 
     assert scene.channels.labels() == ("drive",)
 
 
+async def test_a_channel_whose_connector_is_gone_closes_and_says_no_good_bye_to_a_receiver_that_has_ended() -> None:
+    scene = Scene(max_rate_hz=1.0)
+    drive = scene.opens("drive")
+    drive.says()
+    for label in ("drive", "events"):
+        scene.channels.remove(label)
+    assert not drive.is_open
+    assert scene.channels.labels() == ()
+    assert scene.measured == [("drive",)]
+    assert scene.heard == [("drive", True), ("drive", False)]
+    assert not [one for one in scene.receiver.log if one == "closed"]
+    assert scene.resume.log == [("removed", "drive"), ("removed", "events")]
+    scene.opens("drive").says()
+    assert len(scene.accepted) == 2, "another connector, another rate"
+
+
 async def test_a_peer_that_is_gone_leaves_all_its_receivers() -> None:
     scene = Scene()
     scene.opens("drive")
@@ -418,6 +438,16 @@ async def test_what_is_no_frame_is_refused_without_a_number() -> None:
     assert (label, seq, scene.accepted) == ("drive", None, [])
     channel.says()
     assert len(scene.accepted) == 1
+
+
+async def test_what_came_in_part_and_is_not_waited_for_any_more_is_told_with_label_and_number() -> None:
+    scene = Scene()
+    channel = scene.opens("drive")
+    for seq in range(1, MAX_PARTIAL + 2):
+        channel.on_message(next(encode_frame(Frame(PayloadKind.JSON, b"{      }", seq=seq), 4)))
+    assert scene.refused == [("drive", 1, "channel.incomplete")]
+    assert scene.told == ["channel.incomplete"]
+    assert scene.accepted == []
 
 
 async def test_only_commands_that_a_bad_link_slows_down_measure_it() -> None:

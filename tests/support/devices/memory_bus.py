@@ -33,6 +33,8 @@ class MemoryBus:
         """A publication raises also when it is closed."""
         self.is_slow = False
         """Subscriptions find no room for messages."""
+        self.asked = 0
+        """How often a publication was asked for."""
         self.opened = 0
         self.learns = ""
         self._script: deque[tuple[float, Callable[[], object]]] = deque()
@@ -72,6 +74,7 @@ class MemoryBus:
         return self.subscriptions[-1]
 
     def publish(self, topic: str, type_name: str, qos: QosProfile) -> MemoryPublication:
+        self.asked += 1
         if self.fails:
             raise BusError("the bus is away")
         self.opened += 1

@@ -15,6 +15,7 @@ from typing import Any, Self
 from pymavlink.dialects.v20 import ardupilotmega as words
 
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.keeper import Keeper
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.address import LinkAddress, Source, link_address
 from mosaic_mavlink.link.codec import MavlinkCodec, signing_key
@@ -28,8 +29,6 @@ _log = logging.getLogger(__name__)
 
 READ_TIMEOUT_S = 0.05
 HEARTBEAT_S = 1.0
-RETRY_S = (0.5, 1.0, 2.0, 5.0)
-"""Waits between attempts to open a port; the last one repeats. A replugged flight controller is back in seconds."""
 MAX_BYTES_PER_S = 250_000
 """More than twice the fastest telemetry line; what comes beyond it is a flood and is not read."""
 CLOSE_TIMEOUT_S = 1.5
@@ -58,8 +57,7 @@ class MavlinkLink:
         self._error: OSError | DeviceGone | None = None
         self._opened_s = clock()
         self._writes = threading.Lock()
-        self._closing = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._keeper = Keeper("mavlink-link", self._turn, patience_s=CLOSE_TIMEOUT_S)
         self._beat_s = self._window_s = float("-inf")
         self._window_bytes: dict[bool, int] = {}
         self.flood_bytes = 0
@@ -135,32 +133,24 @@ class MavlinkLink:
             return True
 
     def __enter__(self) -> Self:
-        self._closing.clear()
         self._error = None
         self._opened_s = self.now_s()
-        self._thread = threading.Thread(target=self._run, name="mavlink-link", daemon=True)
-        self._thread.start()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         ends_s = time.monotonic() + LAST_ORDERS_S
         while any(one.is_insisting for one in self._vehicles.values()) and time.monotonic() < ends_s:
-            self._closing.wait(READ_TIMEOUT_S)
-        self._closing.set()
-        if self._thread is not None:
-            self._thread.join(CLOSE_TIMEOUT_S)
+            time.sleep(READ_TIMEOUT_S)
+        self._keeper.stop()
 
     # -- the link's own thread --
 
-    def _run(self) -> None:
-        attempts = 0
-        while not self._closing.is_set():
-            if self.open():
-                attempts = 0
-                self._attend()
-            wait_s = RETRY_S[min(attempts, len(RETRY_S) - 1)]
-            attempts += 1
-            self._closing.wait(wait_s)
+    def _turn(self) -> float:
+        if self.open():
+            self._keeper.worked()
+            self._attend()
+        return self._keeper.failed()
 
     def open(self) -> bool:
         """Open the port; ``False`` where it can't be, and the reason is kept for :meth:`require`."""
@@ -177,7 +167,7 @@ class MavlinkLink:
     def _attend(self) -> None:
         assert self._port is not None
         try:
-            while not self._closing.is_set() and self._error is None:
+            while not self._keeper.is_stopping and self._error is None:
                 self.step()
         except OSError as error:
             self._error = error

@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from mosaic_core import Shared
+from mosaic_core import Keeper, Shared
 from mosaic_mujoco.world.engine import engine
 from mosaic_mujoco.world.model_file import model_path
 from mosaic_mujoco.world.pace import StepPace
@@ -53,8 +53,8 @@ class LiveSimulation:
         self._is_paused = False
         self._turn = threading.Lock()
         """Held by whoever advances it: the thread, or a single step."""
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._last_s = 0.0
+        self._keeper = Keeper(f"mujoco-{simulation.facts.name}", self._advance, patience_s=END_PATIENCE_S)
         self._behind_since_s: float | None = None
         self._failure = ""
 
@@ -88,48 +88,38 @@ class LiveSimulation:
     # -- its thread -----------------------------------------------------------------------------------------------
 
     def __enter__(self) -> LiveSimulation:
-        self._stopping, self._failure = threading.Event(), ""
-        name = f"mujoco-{self.simulation.facts.name}"
-        self._thread = threading.Thread(target=self._run, args=(self._stopping,), name=name, daemon=True)
-        self._thread.start()
+        self._failure, self._last_s = "", time.monotonic()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stopping.set()
-        if self._thread is not None:
-            self._thread.join(END_PATIENCE_S)
-            if self._thread.is_alive():
-                _log.error("%s: a step takes longer than %s s; abandoned", self.simulation.facts.name, END_PATIENCE_S)
-            self._thread = None
+        self._keeper.stop()
 
-    def _run(self, stopping: threading.Event) -> None:
-        """Until ``stopping``, which is of this thread alone: one that was abandoned does not come back."""
+    def _advance(self) -> float | None:
+        """Go on to now, and return the seconds to rest."""
+        now_s = time.monotonic()
         try:
-            self._advance_until(stopping)
-        except engine().FatalError as error:  # such as contacts for which the model's memory is too small
-            self._failure = " ".join(str(error).split())
-            name = self.simulation.facts.name
-            _log.error("%s: MuJoCo gave up, the simulation stands still until the robot starts anew: %s", name, error)
-
-    def _advance_until(self, stopping: threading.Event) -> None:
-        last_s = time.monotonic()
-        while not stopping.wait(REST_S if self._pace.speed is None else TICK_S):
-            now_s = time.monotonic()
             with self._turn:
                 if not self._is_paused and self._pace.speed is None:
                     self._race(now_s + SLICE_S)
                 elif not self._is_paused:
-                    self._keep_pace(now_s, now_s - last_s)
-            last_s = now_s
+                    self._keep_pace(now_s, now_s - self._last_s)
+        except engine().FatalError as error:  # such as contacts for which the model's memory is too small
+            self._failure = " ".join(str(error).split())
+            name = self.simulation.facts.name
+            _log.error("%s: MuJoCo gave up, the simulation stands still until the robot starts anew: %s", name, error)
+            return None
+        self._last_s = now_s
+        return REST_S if self._pace.speed is None else TICK_S
 
     def _race(self, until_s: float) -> None:
-        while time.monotonic() < until_s and not self._stopping.is_set():
+        while time.monotonic() < until_s and not self._keeper.is_stopping:
             self.simulation.advance(1)
 
     def _keep_pace(self, now_s: float, passed_s: float) -> None:
         left_out_s = self._pace.left_out_s
         steps = self._pace.due(passed_s)
-        while steps > 0 and not self._stopping.is_set():
+        while steps > 0 and not self._keeper.is_stopping:
             self.simulation.advance(min(steps, CHUNK_STEPS))
             steps -= CHUNK_STEPS
         self._tell_change(now_s, self._pace.left_out_s > left_out_s)

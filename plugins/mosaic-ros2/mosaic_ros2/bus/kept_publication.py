@@ -2,7 +2,7 @@
 opens it again when it can't be opened or fails.
 
 Three threads meet here: a *receiver's* calls :meth:`KeptPublication.send`, the robot's *safety* thread
-:meth:`KeptPublication.send_whatever`, and one of our own, the *keeper*, opens the publication and closes it. One that
+:meth:`KeptPublication.send_whatever`, and that of the keeper opens the publication and closes it. One that
 was lost after a command owes its subscribers what makes the robot safe: they may still carry out what they heard last.
 """
 
@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable
 from typing import Self
 
+from mosaic_core.contract.devices.keeper import RETRY, Keeper
 from mosaic_core.contract.handler import Refused
 from mosaic_ros2.bus.bus import BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import QosProfile
@@ -20,11 +21,8 @@ from mosaic_ros2.bus.shared_bus import SharedBus
 
 _log = logging.getLogger(__name__)
 
-RETRY_S = (0.5, 1.0, 2.0, 5.0)
-"""Waits between attempts to open it; the last one repeats. A network that is set up again is there within seconds."""
 OWED_S = 0.1
 """So often it is looked whether somebody hears what is owed."""
-JOIN_S = 1.0
 _NOT_YET = "it is not open yet"
 
 
@@ -42,22 +40,14 @@ class KeptPublication:
         self._was_sent = False
         self._is_owing = False
         self._problem = _NOT_YET
-        self._attempts = 0
-        self._is_closing = False
-        self._keeper: threading.Thread | None = None
+        self._keeper = Keeper(f"ros2 {topic}", self._turn, retry=RETRY)
 
     def __enter__(self) -> Self:
-        self._is_closing = False
-        self._keeper = threading.Thread(target=self._keep, name=f"ros2 {self.topic}", daemon=True)
         self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        with self._changed:
-            self._is_closing = True
-            self._changed.notify_all()
-        if self._keeper is not None:
-            self._keeper.join(JOIN_S)
+        self._keeper.stop()
 
     def end_with(self, farewell: Callable[[], bytes | None]) -> None:
         """What makes the robot safe: published last when it ends, and first after a loss, if any command was."""
@@ -92,7 +82,7 @@ class KeptPublication:
         except BusError as error:
             self._lose(publication, error)
             raise Refused("plugin.no_device", error.message) from error
-        self._attempts = 0
+        self._keeper.worked()
 
     def send_whatever(self, data: bytes) -> None:
         """Publish what brings the robot into a safe state, heard or not. Raises :class:`BusError`: to be tried
@@ -104,7 +94,7 @@ class KeptPublication:
             except BusError as error:
                 self._lose(publication, error)
                 raise
-        elif self._is_owing and not self._is_closing:
+        elif self._is_owing and not self._keeper.is_stopping:
             raise BusError(f"{self.topic} is not open: {self._problem}")
 
     def _is_heard(self, publication: Publication) -> bool:
@@ -131,19 +121,15 @@ class KeptPublication:
                 _log.error("lost the publication on %s: %s; opening it again", self.topic, error)
                 self._publication, self._problem = None, error.message
                 self._is_owing = self._was_sent
-                self._changed.notify_all()
+                self._keeper.wake()
 
-    def _keep(self) -> None:
-        while True:
-            opened = self._opened()
-            if opened is not None:
-                self._attend(opened)
-                self._end(opened)
-            retry_s = RETRY_S[min(self._attempts, len(RETRY_S) - 1)]
-            self._attempts += 1
-            with self._changed:
-                if self._changed.wait_for(lambda: self._is_closing, retry_s):
-                    return
+    def _turn(self) -> float:
+        """Open it and wait until it is lost, or the robot ends."""
+        opened = self._opened()
+        if opened is not None:
+            self._attend(opened)
+            self._end(opened)
+        return self._keeper.failed()
 
     def _opened(self) -> Publication | None:
         try:
@@ -156,24 +142,21 @@ class KeptPublication:
             return None
 
     def _attend(self, publication: Publication) -> None:
-        """Wait until it is lost or the robot ends."""
         with self._changed:
             if self._problem != _NOT_YET:
                 _log.warning("%s is open now", self.topic)
             self._publication, self._problem = publication, _NOT_YET
             self._changed.notify_all()
-            while not self._changed.wait_for(
-                lambda: self._is_closing or self._publication is not publication, OWED_S if self._is_owing else None
-            ):
-                try:
-                    self._pay(publication)
-                except BusError as error:
-                    self._lose(publication, error)
-            self._publication = None  # first: no command begins after the last message
+        while self._publication is publication and not self._keeper.wait(OWED_S if self._is_owing else None):
+            try:
+                self._pay(publication)
+            except BusError as error:
+                self._lose(publication, error)
+        self._publication = None  # first: no command begins after the last message
 
     def _end(self, publication: Publication) -> None:
         try:
-            if self._is_closing and self._was_sent:
+            if self._keeper.is_stopping and self._was_sent:
                 self._say_last(publication)
         except BusError as error:
             _log.error("the last message on %s was not taken: %s", self.topic, error)

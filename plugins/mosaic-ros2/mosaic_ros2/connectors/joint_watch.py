@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from typing import Self
 
+from mosaic_core.contract.devices.keeper import Keeper
 from mosaic_core.words.errors import MosaicError
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
@@ -21,7 +21,6 @@ FRESH_S = 1.0
 """What is older is no position any more."""
 RETRY_S = 2.0
 WAKE_S = 0.2
-JOIN_S = 1.0
 
 
 class JointWatch:
@@ -30,9 +29,9 @@ class JointWatch:
     def __init__(self, shared: SharedBus, topic: str) -> None:
         self._shared = shared
         self._topic = topic
-        self._is_closing = threading.Event()
         self._known: tuple[float, dict[str, float]] = (float("-inf"), {})
-        self._thread: threading.Thread | None = None
+        self._told = ""
+        self._keeper = Keeper(f"ros2 {topic}", self._turn)
 
     def positions(self) -> dict[str, float]:
         """Every joint's position, in its own unit, by its name; empty where none came lately. Any thread."""
@@ -40,33 +39,27 @@ class JointWatch:
         return positions if time.monotonic() - at_s < FRESH_S else {}
 
     def __enter__(self) -> Self:
-        self._is_closing.clear()
-        self._thread = threading.Thread(target=self._watch, name=f"ros2 {self._topic}", daemon=True)
-        self._thread.start()
+        self._keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._is_closing.set()
-        if self._thread is not None:
-            self._thread.join(JOIN_S)
+        self._keeper.stop()
 
-    def _watch(self) -> None:
-        told = ""
-        while not self._is_closing.is_set():
-            try:
-                self._read()
-            except MosaicError as error:
-                if told != str(error):
-                    told = str(error)
-                    _log.error("can't watch %s: %s; trying again", self._topic, error)
-                self._is_closing.wait(RETRY_S)
+    def _turn(self) -> float:
+        try:
+            self._read()
+        except MosaicError as error:
+            if self._told != str(error):
+                self._told = str(error)
+                _log.error("can't watch %s: %s; trying again", self._topic, error)
+        return RETRY_S
 
     def _read(self) -> None:
         """Best effort: joint states come often, and such a subscription hears every publisher."""
         decoder = Decoder(self._shared.book, TYPE)
         subscription = self._shared.joined().subscribe(self._topic, TYPE, QosProfile(is_reliable=False, depth=1))
         try:
-            while not self._is_closing.is_set():
+            while not self._keeper.is_stopping:
                 for arrived in subscription.take(WAKE_S):
                     try:
                         found = positions_in(decoder.decode(arrived.data))

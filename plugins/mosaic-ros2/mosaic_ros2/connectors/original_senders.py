@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field
 
@@ -11,8 +11,11 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.messages import GpsFix, Pose, wall_time_us
 from mosaic_ros2.connectors.params import Ros2Params
 from mosaic_ros2.connectors.topic import Ros2TopicParams, RosTopic, topic_class
-from mosaic_ros2.conversion.conversions import CONVERSIONS, Conversion
+from mosaic_ros2.conversion.conversions import Conversion
 from mosaic_ros2.conversion.parts import Ros, headed, pose
+from mosaic_ros2.conversion.sensing import fix
+
+T = TypeVar("T", Pose, GpsFix)
 
 
 class OriginalSenderParams(Ros2Params):
@@ -27,13 +30,21 @@ class NestedPose(Pose):
     pose: Pose
 
 
-def _stamped_pose(message: Ros) -> Iterable[Pose]:
-    """Original dashboards want a time, and a Pose has none."""
-    yield pose(message, timestamp=wall_time_us())
+def _timed(made: T) -> T:
+    """Original dashboards want a time: that of its arrival, where the message has none."""
+    return made if made.timestamp is not None else made.model_copy(update={"timestamp": wall_time_us()})
+
+
+def _timed_pose(message: Ros) -> Iterable[Pose]:
+    yield _timed(pose(message))
+
+
+def _timed_fix(message: Ros) -> Iterable[GpsFix]:
+    yield from map(_timed, fix(message))
 
 
 def _nested_pose(message: Ros) -> Iterable[NestedPose]:
-    own = pose(message["pose"]["pose"], **headed(message))
+    own = _timed(pose(message["pose"]["pose"], **headed(message)))
     yield NestedPose(**{name: getattr(own, name) for name in Pose.model_fields}, pose=own)
 
 
@@ -54,7 +65,7 @@ class OriginalPoseConfigurer(_OriginalSender):
     is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/pose"}
     type_name = "geometry_msgs/msg/Pose"
-    conversion = Conversion(Pose, _stamped_pose)
+    conversion = Conversion(Pose, _timed_pose)
 
 
 class OriginalCovariancePoseConfigurer(_OriginalSender):
@@ -74,4 +85,4 @@ class OriginalFixConfigurer(_OriginalSender):
     is_called_as_by_originals = True
     example: ClassVar[dict[str, Any] | None] = {"topic_name": "/fix"}
     type_name = "sensor_msgs/msg/NavSatFix"
-    conversion = Conversion(GpsFix, CONVERSIONS["sensor_msgs/msg/NavSatFix"].convert)
+    conversion = Conversion(GpsFix, _timed_fix)

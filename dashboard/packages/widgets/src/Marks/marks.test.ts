@@ -46,10 +46,13 @@ describe('the marks of a picture', () => {
 })
 
 test('marks lie where the picture lies that is shown whole', () => {
-  expect(placementOf({ width: 640, height: 480 }, { width: 640, height: 640 })).toEqual({ scale: 1, left: 0, top: 80 })
-  const context = { strokeRect: vi.fn(), fillRect: vi.fn(), fillText: vi.fn(), measureText: () => ({ width: 40 }), beginPath: vi.fn(), moveTo: vi.fn(), lineTo: vi.fn(), closePath: vi.fn(), stroke: vi.fn() }
-  const marks = marksOf({ boxes: [BOX], lines: [{ points: [{ x: 0, y: 0 }, { x: 1, y: 1 }], closed: true }], texts: [] })
-  if (marks !== null) paintMarks({ context: context as unknown as CanvasRenderingContext2D }, marks, { scale: 2, left: 5, top: 7 })
+  expect(placementOf({ width: 640, height: 480 }, { width: 640, height: 640 })).toEqual({ scale: 1, left: 0, top: 80, width: 640, height: 480 })
+  const context = { strokeRect: vi.fn(), fillRect: vi.fn(), fillText: vi.fn(), measureText: () => ({ width: 40 }), beginPath: vi.fn(), moveTo: vi.fn(), lineTo: vi.fn(), closePath: vi.fn(), stroke: vi.fn(), rect: vi.fn(), clip: vi.fn(), save: vi.fn(), restore: vi.fn() }
+  const marks = marksOf({ boxes: [BOX, { ...BOX, x: -9, y: -3, label: 'cut' }], lines: [{ points: [{ x: 0, y: 0 }, { x: 1, y: 1 }], closed: true }], texts: [] })
+  if (marks !== null) paintMarks({ context: context as unknown as CanvasRenderingContext2D }, marks, { scale: 2, left: 5, top: 7, width: 640, height: 480 })
+  expect(context.rect).toHaveBeenCalledWith(5, 7, 640, 480)
+  expect(context.clip).toHaveBeenCalledBefore(context.strokeRect)
+  expect(context.fillText).toHaveBeenCalledWith('cut 91 %', 8, 21)
   expect(context.strokeRect).toHaveBeenCalledWith(25, 47, 60, 80)
   expect(context.fillText).toHaveBeenCalledWith('cup 91 %', 26, 43)
   expect(context.lineTo).toHaveBeenCalledWith(7, 9)

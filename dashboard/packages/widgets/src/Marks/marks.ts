@@ -133,10 +133,13 @@ export interface Placement {
   scale: number
   left: number
   top: number
+  width: number
+  height: number
 }
 
 /** Where a picture lies on the surface that shows it whole. */
 export function placementOf(picture: { width: number; height: number }, surface: { width: number; height: number }): Placement {
   const scale = Math.min(surface.width / picture.width, surface.height / picture.height)
-  return { scale, left: (surface.width - picture.width * scale) / 2, top: (surface.height - picture.height * scale) / 2 }
+  const [width, height] = [picture.width * scale, picture.height * scale]
+  return { scale, left: (surface.width - width) / 2, top: (surface.height - height) / 2, width, height }
 }

@@ -7,12 +7,17 @@ const COLOUR = '#ffd84d'
 const SHADE = 'rgb(5 7 10 / 75%)'
 const FONT_PX = 12
 
-export function paintMarks({ context }: Pick<Surface, 'context'>, marks: Marks, { scale, left, top }: Placement): void {
+/** What reaches beyond the picture ends at its edge. */
+export function paintMarks({ context }: Pick<Surface, 'context'>, marks: Marks, { scale, left, top, width, height }: Placement): void {
+  context.save()
+  context.beginPath()
+  context.rect(left, top, width, height)
+  context.clip()
   const at = ({ x, y }: MarkPoint): [number, number] => [left + x * scale, top + y * scale]
   const stroke = (colour: string | null, draw: () => void) => {
     context.lineJoin = 'round'
-    for (const [width, style] of [[4, SHADE], [2, colour ?? COLOUR]] as const) {
-      context.lineWidth = width
+    for (const [lineWidth, style] of [[4, SHADE], [2, colour ?? COLOUR]] as const) {
+      context.lineWidth = lineWidth
       context.strokeStyle = style
       draw()
     }
@@ -20,7 +25,7 @@ export function paintMarks({ context }: Pick<Surface, 'context'>, marks: Marks, 
   for (const box of marks.boxes) {
     const [x, y] = at(box)
     stroke(box.colour, () => context.strokeRect(x, y, box.width * scale, box.height * scale))
-    if (box.text !== '') paintText(context, box.text, x, Math.max(FONT_PX + 6, y) - 4, box.colour)
+    if (box.text !== '') paintText(context, box.text, Math.max(left + 2, x), Math.max(top + FONT_PX + 6, y) - 4, box.colour)
   }
   for (const line of marks.lines) {
     stroke(line.colour, () => {
@@ -31,6 +36,7 @@ export function paintMarks({ context }: Pick<Surface, 'context'>, marks: Marks, 
     })
   }
   for (const mark of marks.texts) paintText(context, mark.text, ...at(mark), mark.colour)
+  context.restore()
 }
 
 function paintText(context: CanvasRenderingContext2D, text: string, x: number, y: number, colour: string | null): void {

@@ -5,7 +5,10 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import platform
 import subprocess
+import sys
+import sysconfig
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,32 +16,43 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
+from typer.testing import CliRunner
 
+from mosaic_core.cli.main import app
 from mosaic_core.testing import Joined, build, collect, connector, joined, take_frames
 from mosaic_ros2.connectors.image import Ros2ImageConfigurer
 from mosaic_ros2.connectors.publisher import Ros2PublisherConfigurer
 from mosaic_ros2.connectors.service import Ros2ServiceConfigurer
 from mosaic_ros2.connectors.topic import Ros2TopicConfigurer
 
-PYTHON = os.environ.get("MOSAIC_RCLPY", "")
+ROOT = Path(__file__).parents[4]
+PYTHON = Path(os.environ.get("MOSAIC_RCLPY") or ROOT / ".nox" / "ros" / "bin" / "python")
 """A Python that has rclpy; not ours, because ROS' wheels start every Python of their environment a second time."""
+HAS_WHEELS = (sys.platform, platform.machine()) == ("linux", "x86_64")
+MISSING = f"no Python with rclpy at {PYTHON}: `.venv/bin/nox -s ros` makes one, and MOSAIC_RCLPY names another"
 DOMAIN = 1 + (os.getpid() + 115) % 230
 HERE: dict[str, Any] = {"domain": DOMAIN, "interface": "lo"}
-pytestmark = [
-    pytest.mark.skipif(not PYTHON, reason="MOSAIC_RCLPY names no Python that has rclpy"),
-    pytest.mark.timeout(60),
-]
+WORDS = {
+    "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
+    "ROS_DOMAIN_ID": str(DOMAIN),
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+}
+pytestmark = pytest.mark.timeout(60)
+
+
+@pytest.fixture(autouse=True)
+def has_rclpy() -> None:
+    if not PYTHON.exists():
+        if os.environ.get("CI") and HAS_WHEELS:
+            pytest.fail(MISSING)
+        pytest.skip(MISSING)
 
 
 @pytest.fixture
 def node() -> Iterator[subprocess.Popen[str]]:
-    words = {
-        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
-        "ROS_DOMAIN_ID": str(DOMAIN),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    }
-    command = [PYTHON, str(Path(__file__).with_name("rclpy_node.py"))]
-    running = subprocess.Popen(command, env={**os.environ, **words}, stdout=subprocess.PIPE, text=True)
+    command = [str(PYTHON), str(Path(__file__).with_name("acme_node.py"))]
+    running = subprocess.Popen(command, env={**os.environ, **WORDS}, stdout=subprocess.PIPE, text=True)
     assert said(running) == {"rmw": "rmw_fastrtps_cpp"}
     yield running
     running.kill()
@@ -99,3 +113,20 @@ async def test_its_services_are_refused_with_the_cure(node: subprocess.Popen[str
     async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
         with pytest.raises(Exception, match="RMW_IMPLEMENTATION=rmw_cyclonedds_cpp"):
             await link.connection.request("lamp", {"data": True}, timeout_s=20)
+
+
+@pytest.mark.usefixtures("node")
+def test_a_file_of_what_it_tells_is_valid_and_says_what_is_left_out(tmp_path: Path) -> None:
+    file, here = str(tmp_path / "robot.yaml"), ("--domain", str(DOMAIN), "--interface", "lo")
+    done = CliRunner().invoke(app, ["ros2", "init", file, *here])
+    assert "/lamp can't be called; start its node with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp" in done.output
+    assert CliRunner().invoke(app, ["validate", file]).exit_code == 0
+    topics = {one["params"]["topic"] for one in yaml.safe_load(Path(file).read_text())["connectors"]}
+    assert topics == {"/image", "/imu", "/rosout", "/scan", "/cmd_vel"}
+
+
+def test_connectors_and_a_node_of_rclpy_live_in_one_process() -> None:
+    words = {**os.environ, **WORDS, "OUR_PACKAGES": sysconfig.get_path("purelib"), "DOMAIN": str(DOMAIN)}
+    script = Path(__file__).with_name("acme_in_process.py")
+    done = subprocess.run([PYTHON, script], env=words, capture_output=True, text=True, timeout=50)
+    assert json.loads(done.stdout) == {"heard": [1.0, 2.0, None], "told": {"x": 0.5, "turn": 0.25}}, done.stderr

@@ -1,0 +1,1 @@
+"""Devices that connectors keep open while the robot runs."""

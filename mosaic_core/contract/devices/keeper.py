@@ -1,0 +1,127 @@
+"""A thread that keeps a device open while the robot runs, for those that are driven: the device is open, and told what
+is safe, before the first command comes, and again when it comes back.
+
+A device that is only read needs none: the body of its handler opens it, and begins anew when it is lost.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
+
+_log = logging.getLogger(__name__)
+
+PATIENCE_S = 1.0
+"""A device that does not close in this time is abandoned: a robot shuts down within two seconds."""
+
+RETRY = BackoffPolicy(first_s=0.5, max_s=5.0, jitter=0.0)
+"""An adapter that is plugged in again is back within seconds, and nobody waits longer than five."""
+
+
+class Keeper:
+    """Takes turns on a thread of its own, from :meth:`start` to :meth:`stop`.
+
+    Make it with the thing that connectors share (:class:`~mosaic_core.Shared`), start it in ``__enter__``, which then
+    neither fails nor blocks, and stop it in ``__exit__``.
+    """
+
+    def __init__(
+        self, name: str, turn: Callable[[], float | None], leave: Callable[[], object] | None = None,
+        patience_s: float = PATIENCE_S, retry: BackoffPolicy = RETRY,
+    ) -> None:  # fmt: skip
+        """``name``: of the thread. ``turn``: opens what is not open, or does one piece of work, and returns the seconds
+        until the next turn, ``None``: until :meth:`wake`. ``leave``: on the thread, after the last turn, also after
+        one that raised. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after failures."""
+        self._name = name
+        self._turn = turn
+        self._leave = leave
+        self._patience_s = patience_s
+        self._backoff = Backoff(retry)
+        self._thread: _KeeperThread | None = None
+        self.is_failing = False
+        """The last that was told is :meth:`failed`."""
+
+    def start(self) -> None:
+        """Begin to take turns. Never blocks."""
+        self._thread = _KeeperThread(self._name, self._turn, self._leave, self)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """No turn after this one. Waits for it, and abandons a thread that hangs: it takes no other turn, not even
+        when the keeper is started again."""
+        thread = self._thread
+        if thread is None:
+            return
+        thread.is_over = True
+        thread.news.set()
+        thread.join(self._patience_s)
+        if thread.is_alive():
+            _log.error("%s did not close within %s s and was abandoned", self._name, self._patience_s)
+
+    def failed(self) -> float:
+        """For a turn that could not open the device: the seconds until the next attempt, twice those before, from half
+        a second to five."""
+        self.is_failing = True
+        return self._backoff.failed(0.0, 0.0)
+
+    def worked(self) -> None:
+        """The device is there: the next failure is a first one again."""
+        self.is_failing = False
+        self._backoff.reset()
+
+    def wake(self) -> None:
+        """Take the next turn, or end a :meth:`wait`, now. Any thread."""
+        thread = self._thread
+        if thread is not None:
+            thread.news.set()
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait within a turn, until :meth:`wake` or :meth:`stop`, or so long; ``True`` when it shall end."""
+        thread = self._current()
+        if thread is None:
+            return True
+        thread.wait(seconds)
+        return thread.is_over
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether this was stopped, or not started yet; on a thread of its own, whether that one shall end."""
+        thread = self._current()
+        return thread is None or thread.is_over
+
+    def is_taken_by(self, thread: threading.Thread) -> bool:
+        """Whether no other thread takes its turns since."""
+        return self._thread is thread
+
+    def _current(self) -> _KeeperThread | None:
+        """The thread that asks, if it is, or was, this keeper's; else the one that takes turns now."""
+        asking = threading.current_thread()
+        return asking if isinstance(asking, _KeeperThread) and asking.keeper is self else self._thread
+
+
+class _KeeperThread(threading.Thread):
+    def __init__(
+        self, name: str, turn: Callable[[], float | None], leave: Callable[[], object] | None, keeper: Keeper
+    ) -> None:
+        super().__init__(name=name, daemon=True)
+        self.keeper = keeper
+        self._turn = turn
+        self._leave = leave
+        self.is_over = False
+        self.news = threading.Event()
+
+    def run(self) -> None:
+        try:
+            while not self.is_over:
+                self.wait(self._turn())
+        finally:
+            if self._leave is not None and self.keeper.is_taken_by(self):
+                self._leave()
+
+    def wait(self, seconds: float | None) -> None:
+        if not self.is_over:
+            self.news.wait(seconds)
+        self.news.clear()

@@ -1,0 +1,175 @@
+"""A keeper takes turns on one thread, and never on two."""
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from mosaic_core import Keeper
+
+IN_TIME_S = 20.0
+LONG_S = 600.0
+
+
+@contextmanager
+def started(keeper: Keeper) -> Iterator[None]:
+    keeper.start()
+    try:
+        yield
+    finally:
+        keeper.stop()
+
+
+def counting(rests_s: float | None) -> tuple[Callable[[], float | None], threading.Semaphore]:
+    """A turn that rests, and what is released with each."""
+    taken = threading.Semaphore(0)
+
+    def turn() -> float | None:
+        taken.release()
+        return rests_s
+
+    return turn, taken
+
+
+@pytest.mark.parametrize("rests_s", [None, LONG_S])
+def test_a_keeper_rests_after_its_turn_until_it_is_woken(rests_s: float | None) -> None:
+    turn, taken = counting(rests_s)
+    keeper = Keeper("bus", turn)
+    with started(keeper):
+        assert taken.acquire(timeout=IN_TIME_S)
+        assert not taken.acquire(timeout=0.05)
+        keeper.wake()
+        assert taken.acquire(timeout=IN_TIME_S)
+
+
+def test_turns_follow_each_other_where_there_is_no_rest() -> None:
+    turn, taken = counting(0.0)
+    with started(Keeper("bus", turn)):
+        for _ in range(10):
+            assert taken.acquire(timeout=IN_TIME_S)
+
+
+def test_what_happens_during_a_turn_is_followed_by_another_one() -> None:
+    news, second = ["something"], threading.Event()
+
+    def turn() -> float | None:
+        if news:
+            news.clear()
+            keeper.wake()
+        else:
+            second.set()
+        return None
+
+    keeper = Keeper("bus", turn)
+    with started(keeper):
+        assert second.wait(IN_TIME_S)
+
+
+def test_a_wait_within_a_turn_ends_when_it_is_woken_and_when_it_shall_end() -> None:
+    waits, found = threading.Semaphore(0), list[bool]()
+
+    def turn() -> float | None:
+        while not (found and found[-1]):
+            waits.release()
+            found.append(keeper.wait())
+        return None
+
+    keeper = Keeper("bus", turn)
+    with started(keeper):
+        assert waits.acquire(timeout=IN_TIME_S)
+        keeper.wake()
+        assert waits.acquire(timeout=IN_TIME_S)
+    assert found == [False, True]
+
+
+def test_a_wait_within_a_turn_may_be_short() -> None:
+    found = list[bool]()
+    keeper = Keeper("bus", lambda: found.append(keeper.wait(0.001)))
+    with started(keeper):
+        while not found:
+            keeper.wake()
+    assert found[0] is False
+
+
+def test_stop_waits_for_the_turn_and_for_what_comes_last() -> None:
+    order = list[str]()
+    is_in_turn, may_end = threading.Event(), threading.Event()
+
+    def turn() -> float | None:
+        is_in_turn.set()
+        may_end.wait(IN_TIME_S)
+        order.append("turn")
+        return 0.0
+
+    keeper = Keeper("bus", turn, lambda: order.append("leave"), patience_s=IN_TIME_S)
+    keeper.start()
+    assert is_in_turn.wait(IN_TIME_S)
+    threading.Timer(0.01, may_end.set).start()
+    keeper.stop()
+    assert order == ["turn", "leave"]
+    assert keeper.is_stopping
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_the_last_act_comes_after_a_turn_that_raised_too() -> None:
+    left = threading.Event()
+
+    def turn() -> float | None:
+        raise RuntimeError("no such register")
+
+    with started(Keeper("bus", turn, left.set)):
+        assert left.wait(IN_TIME_S)
+
+
+def test_a_keeper_that_was_not_started_stops_and_is_woken_for_nothing() -> None:
+    turn, taken = counting(0.0)
+    keeper = Keeper("bus", turn)
+    keeper.wake()
+    keeper.stop()
+    assert keeper.is_stopping
+    assert keeper.wait(LONG_S)
+    assert not taken.acquire(blocking=False)
+
+
+def test_a_thread_that_hangs_is_abandoned_and_takes_no_turn_when_another_one_does(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    hangs, may_go, asked, left = threading.Event(), threading.Event(), list[bool](), list[str]()
+    turns = threading.Semaphore(0)
+
+    def turn() -> float | None:
+        if not hangs.is_set():
+            hangs.set()
+            may_go.wait(IN_TIME_S)
+            asked.append(keeper.is_stopping)
+            return 0.0
+        turns.release()
+        return None
+
+    keeper = Keeper("bus", turn, lambda: left.append(threading.current_thread().name), patience_s=0.01)
+    keeper.start()
+    assert hangs.wait(IN_TIME_S)
+    (abandoned,) = (one for one in threading.enumerate() if one.name == "bus")
+    with caplog.at_level(logging.ERROR):
+        keeper.stop()
+    assert caplog.messages == ["bus did not close within 0.01 s and was abandoned"]
+    with started(keeper):
+        assert turns.acquire(timeout=IN_TIME_S)
+        assert not keeper.is_stopping
+        may_go.set()
+        abandoned.join(IN_TIME_S)
+        assert asked == [True]
+        assert left == []
+        assert not turns.acquire(blocking=False)
+
+
+def test_waits_after_failures_grow_and_begin_anew_after_a_success() -> None:
+    keeper = Keeper("bus", lambda: None)
+    assert not keeper.is_failing
+    assert [keeper.failed() for _ in range(6)] == [0.5, 1.0, 2.0, 4.0, 5.0, 5.0]
+    assert keeper.is_failing
+    keeper.worked()
+    assert not keeper.is_failing
+    assert keeper.failed() == 0.5
