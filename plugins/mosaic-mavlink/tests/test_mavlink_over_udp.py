@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from support.live_drill import assert_safe, drilled
+from support.waiting import wait_for
 
 from mosaic_core.testing import connector
 from mosaic_core.words.errors import DeviceGone
@@ -25,15 +26,6 @@ from mosaic_mavlink.params import VehicleParams
 
 IN_TIME_S = 10.0
 PASSPHRASE = "correct horse"  # noqa: S105 - of this test alone
-
-
-def eventually(condition: Callable[[], object], what: str) -> None:
-    never = threading.Event()
-    for _ in range(round(IN_TIME_S / 0.01)):
-        if condition():
-            return
-        never.wait(0.01)
-    pytest.fail(f"not in time: {what}")
 
 
 def free_port() -> int:
@@ -90,28 +82,28 @@ def is_gone(contact: VehicleContact) -> bool:
 def test_a_vehicle_vanishes_and_returns_over_udp(ground: Callable[..., Ground]) -> None:
     station = ground()
     vehicle, contact = station.vehicle(), station.contact()
-    eventually(contact.is_there, "it is heard")
+    wait_for(contact.is_there, "it is heard")
     vehicle.is_silent = True
-    eventually(lambda: is_gone(contact), "it is gone")
+    wait_for(lambda: is_gone(contact), "it is gone")
     vehicle.is_silent = False
-    eventually(lambda: not is_gone(contact) and contact.is_there(), "it is back")
+    wait_for(lambda: not is_gone(contact) and contact.is_there(), "it is back")
 
 
 def test_two_vehicles_on_one_socket_take_their_own_commands(ground: Callable[..., Ground]) -> None:
     station = ground()
     first, second = station.vehicle(system_id=1), station.vehicle("rover", system_id=2)
     one, two = station.contact(system_id=1), station.contact(system_id=2)
-    eventually(lambda: one.is_there() and two.is_there(), "both are heard")
+    wait_for(lambda: one.is_there() and two.is_there(), "both are heard")
     zeros = {f"param{place}": 0.0 for place in range(2, 8)}
     two.send(("command_long", {"command": 400, "confirmation": 0, "param1": 1.0, **zeros}))
-    eventually(lambda: second.autopilot.armed, "the second is armed")
+    wait_for(lambda: second.autopilot.armed, "the second is armed")
     assert not first.autopilot.armed
 
 
 def test_garbage_and_a_flood_from_strangers_leave_the_vehicle_as_it_is(ground: Callable[..., Ground]) -> None:
     station = ground()
     contact, vehicle = station.contact(), station.vehicle()
-    eventually(contact.is_there, "it is heard")
+    wait_for(contact.is_there, "it is heard")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         for number in range(2000):
             stranger.sendto(os.urandom(200) + bytes([0xFD, 255]), ("127.0.0.1", station.port))
@@ -119,22 +111,22 @@ def test_garbage_and_a_flood_from_strangers_leave_the_vehicle_as_it_is(ground: C
                 vehicle.write(os.urandom(30))
     flooded_at_s = contact.now_s()
     # The flood may have pushed some of its heartbeats out of the socket; those after it count again.
-    eventually(lambda: not is_gone(contact) and contact.facts().heard_at_s > flooded_at_s, "it goes on beating")
+    wait_for(lambda: not is_gone(contact) and contact.facts().heard_at_s > flooded_at_s, "it goes on beating")
 
 
 def test_with_a_key_only_who_has_it_is_heard(ground: Callable[..., Ground]) -> None:
     station = ground(signing_key=PASSPHRASE)
     contact, key = station.contact(), signing_key(PASSPHRASE)
     unsigned = station.vehicle()
-    eventually(lambda: is_gone(contact), "unsigned messages do not count")
+    wait_for(lambda: is_gone(contact), "unsigned messages do not count")
     with pytest.raises(DeviceGone, match="check baud and signing_key"):
         contact.is_there()
     unsigned.is_silent = True
     signed = station.vehicle(key=key)
-    eventually(lambda: not is_gone(contact) and contact.is_there(), "signed ones do")
+    wait_for(lambda: not is_gone(contact) and contact.is_there(), "signed ones do")
     zeros = {f"param{place}": 0.0 for place in range(2, 8)}
     contact.send(("command_long", {"command": 400, "confirmation": 0, "param1": 1.0, **zeros}))
-    eventually(lambda: signed.autopilot.armed, "it takes ours, which are signed")
+    wait_for(lambda: signed.autopilot.armed, "it takes ours, which are signed")
 
 
 def test_a_key_is_64_digits_or_a_passphrase() -> None:
@@ -154,13 +146,13 @@ def test_a_stream_over_tcp_is_closed_and_opened_again() -> None:
             frame = codec.packed("heartbeat", heartbeat)
             first.sendall(frame[:7])
             first.sendall(frame[7:])
-            eventually(contact.is_there, "it is heard, though in pieces")
+            wait_for(contact.is_there, "it is heard, though in pieces")
             assert first.recv(100)[:1] == b"\xfd"  # our own heartbeat, in MAVLink 2
             first.close()
-            eventually(lambda: is_gone(contact), "the link is lost at once")
+            wait_for(lambda: is_gone(contact), "the link is lost at once")
             second, _ = server.accept()
             second.sendall(codec.packed("heartbeat", heartbeat))
-            eventually(lambda: not is_gone(contact), "and opened again")
+            wait_for(lambda: not is_gone(contact), "and opened again")
             second.close()
 
 
@@ -174,10 +166,10 @@ def test_a_serial_line_carries_it_too() -> None:
     with link:
         assert os.read(ours, 100)[:1] == b"\xfd"
         os.write(ours, b"boot noise \xfe\xfd" + codec.packed("heartbeat", heartbeat) * 20)
-        eventually(contact.is_there, "it is heard")
+        wait_for(contact.is_there, "it is heard")
         assert contact.facts().kind == "rover"
         os.close(ours)
-        eventually(lambda: is_gone(contact), "unplugged")
+        wait_for(lambda: is_gone(contact), "unplugged")
     os.close(theirs)
 
 
@@ -217,6 +209,6 @@ async def test_an_armed_vehicle_passes_the_whole_drill(configurer: Any, kind: st
     try:
         assert_safe(await drilled(connector(configurer, params={"url": f"udpin:127.0.0.1:{port}"})))
         body = vehicle.autopilot.body
-        eventually(lambda: (body.forward_mps, body.right_mps, body.up_mps, body.yaw_radps) == (0, 0, 0, 0), "it stands")
+        wait_for(lambda: (body.forward_mps, body.right_mps, body.up_mps, body.yaw_radps) == (0, 0, 0, 0), "it stands")
     finally:
         vehicle.close()

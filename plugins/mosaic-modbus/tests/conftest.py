@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from support.devices.modbus_device import Lines, ModbusDevice, SerialCable, free_port, serial_device, tcp_device
+from support.devices.modbus_device import Lines, ModbusDevice, SerialCable, serial_device, tcp_device
+from support.processes import free_port
 
 
 @pytest.fixture

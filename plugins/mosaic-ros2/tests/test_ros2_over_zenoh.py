@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.devices.ros_side import STORE
-from support.devices.zenoh_side import ZenohRos, free_port
+from support.devices.zenoh_side import ZenohRos
+from support.processes import free_port
 from support.waiting import wait_for
 from typer.testing import CliRunner
 

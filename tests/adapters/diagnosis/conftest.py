@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from support.processes import free_port
 
 
 @dataclass(frozen=True)
@@ -26,12 +27,6 @@ class Coturn:
     @property
     def tcp(self) -> str:
         return f"turn:127.0.0.1:{self.port}?transport=tcp"
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def listens(port: int) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 import uvloop
+from support.processes import free_port
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import InvalidURI
@@ -28,13 +29,6 @@ async def against(handler: Callable[[ServerConnection], Awaitable[None]]) -> Asy
         port = server.sockets[0].getsockname()[1]
         async with asyncio.timeout(30):
             yield f"ws://127.0.0.1:{port}/ws/robot"
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 @contextmanager

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import select
-import socket
 import threading
 import tty
 from collections.abc import Callable
@@ -25,12 +24,6 @@ from mosaic_modbus.params import ModbusLineParams
 
 COUNT = 32
 """Of each of its four tables: what lies beyond is an illegal address."""
-
-
-def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
 
 
 class ModbusDevice:

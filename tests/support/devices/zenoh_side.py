@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 import struct
 import threading
 import time
@@ -14,15 +13,10 @@ import zenoh
 import zenoh.ext
 
 from support.devices.ros_side import STORE, dds_name_of, decoded, encoded
+from support.processes import free_port
 
 GID = bytes(range(16))
 SET_BOOL_HASH = "RIHS01_" + "5" * 64
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def beside(number: int) -> bytes:

@@ -12,6 +12,7 @@ from uuid import UUID
 import cv2
 import numpy as np
 import pytest
+from support.processes import free_port
 
 from mosaic_core.machines.lan.robot_url import url_of
 from mosaic_core.words.errors import MosaicError
@@ -40,12 +41,6 @@ NEWS = LanNews(urls=("http://192.168.178.120:9002", "http://rover.local:9002"), 
 
 def mode(file: Path) -> int:
     return stat.S_IMODE(file.stat().st_mode)
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 # -- home --------------------------------------------------------------------------------------------------------

@@ -6,13 +6,13 @@ import contextlib
 import json
 import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
 import pytest
+from support.waiting import wait_for
 
 from mosaic_server.rest import password_attempts
 from mosaic_server.security import hashing_line
@@ -72,13 +72,6 @@ def waiting(server: Any) -> int:
     return sum(map(len, server.server.services.hashing._waiting.values()))
 
 
-def eventually(is_so: Callable[[], bool]) -> None:
-    deadline_s = time.monotonic() + 20
-    while not is_so():
-        assert time.monotonic() < deadline_s
-        time.sleep(0.01)
-
-
 def test_thirty_log_ins_at_once_delay_nobody_else(server: Any, slow: SlowHashing) -> None:
     """Neither health nor what reads the database; and another address is the next whose password is checked."""
     server.account()
@@ -86,7 +79,7 @@ def test_thirty_log_ins_at_once_delay_nobody_else(server: Any, slow: SlowHashing
         for _ in range(30):
             stack.enter_context(log_in(server))
         slow.wait_for(1)
-        eventually(lambda: waiting(server) == 29)
+        wait_for(lambda: waiting(server) == 29, "29 log-ins wait")
         stack.enter_context(log_in(server, "192.0.2.2"))
         slow.wait_for(2)
         assert server.http.get("/healthz").status_code == 200
@@ -101,8 +94,8 @@ def test_whoever_hangs_up_while_waiting_is_not_hashed(server: Any, slow: SlowHas
         with contextlib.ExitStack() as stack:
             for _ in range(5):
                 stack.enter_context(log_in(server))
-            eventually(lambda: waiting(server) == 5)
-        eventually(lambda: waiting(server) == 0)
+            wait_for(lambda: waiting(server) == 5, "five log-ins wait")
+        wait_for(lambda: waiting(server) == 0, "nobody waits any more")
         slow.may_end.set()
     assert slow.began == 1
 
@@ -112,7 +105,7 @@ def test_whoever_hangs_up_while_being_hashed_has_guessed(server: Any, slow: Slow
     with log_in(server):
         slow.wait_for(1)
     slow.may_end.set()
-    eventually(lambda: any("nobody@example.org" in key for key in limits._failures))
+    wait_for(lambda: any("nobody@example.org" in key for key in limits._failures), "the failure is counted")
 
 
 @pytest.mark.parametrize(("bound", "status"), [("MOST_WAITING", 429), ("MOST_IN_LINE", 503)])
@@ -123,7 +116,7 @@ def test_a_full_line_refuses_at_once_and_says_when_to_come_again(
     with log_in(server), contextlib.ExitStack() as stack:
         slow.wait_for(1)
         stack.enter_context(log_in(server))
-        eventually(lambda: waiting(server) == 1)
+        wait_for(lambda: waiting(server) == 1, "one log-in waits")
         body = {"username": "nobody@example.org", "password": "wrong"}
         answer = server.http.post(LOG_IN, json=body, headers={"X-Forwarded-For": "192.0.2.1"})
         assert answer.status_code == status
