@@ -7,12 +7,14 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterator
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
 import typer
 from pydantic import BaseModel
 
+import mosaic_core
 from mosaic_core.cli.configuration.connector_defaults import defaults_of, lines_of
 from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.cli.main import app
@@ -317,6 +319,64 @@ def _message(kind: str, model: type[BaseModel]) -> list[str]:
     return [f"### `{kind}`", "", about, "", *table, ""]
 
 
+SIGNATURES = """# Signatures for connectors
+
+What `from mosaic_core import …` gives, name by name, for readers of plain Markdown. What each is for, in full:
+[Write connectors](python-connectors.md).
+"""
+
+
+def python_signatures() -> str:
+    lines = [SIGNATURES.rstrip(), ""]
+    for name in mosaic_core.__all__:
+        thing = getattr(mosaic_core, name)
+        if getattr(thing, "__name__", "") != name:
+            continue  # a number, or the old name of something
+        lines += [f"## `{name}`", ""]
+        if not inspect.isclass(thing):
+            lines += [_code(f"{name}{_signature(thing)}"), "", _first_sentence(thing), ""]
+            continue
+        bases = ", ".join(one.__name__ for one in thing.__bases__ if one.__module__.startswith("mosaic_core"))
+        lines += [f"{_first_sentence(thing)} {f'Derives from {bases}.' if bases else ''}".strip(), ""]
+        rows = list(_members(thing))
+        lines += ["| name | what |", "|---|---|", *rows, ""] if rows else []
+    return "\n".join(lines)
+
+
+def _members(cls: type) -> Iterator[str]:
+    """A row for each method, property and value that the class itself brings."""
+    annotations = inspect.get_annotations(cls)
+    for name in dict.fromkeys((*vars(cls), *annotations)):
+        value = vars(cls).get(name)
+        function = value.__func__ if isinstance(value, classmethod | staticmethod) else value
+        if name.startswith("_") and (name != "__init__" or not inspect.isfunction(function)):
+            continue
+        if inspect.isfunction(function):
+            yield f"| {_code(_cell(f'{name}{_signature(function)}'))} | {_first_sentence(function)} |"
+        elif isinstance(value, property):
+            kind = str(inspect.get_annotations(value.fget).get("return", "")) if value.fget else ""
+            yield f"| {_code(_cell(f'{name}: {kind}'))} | {_first_sentence(value)} |"
+        elif name in annotations:
+            shown = str(value) if isinstance(value, Enum) else repr(value)
+            default = f" = {shown}" if name in vars(cls) and not callable(value) and len(shown) < _MANY_LETTERS else ""
+            yield f"| {_code(_cell(f'{name}: {annotations[name]}{default}'))} | |"
+
+
+_MANY_LETTERS = 40
+"""A longer default says more of how it is made than of what it is."""
+
+
+def _signature(function: Any) -> str:
+    """As its author wrote it: annotations are texts there, and quoted nowhere else."""
+    return str(inspect.signature(function)).replace("'", "").replace("mappingproxy({})", "{}")
+
+
+def _first_sentence(thing: object) -> str:
+    paragraph = inspect.cleandoc(getattr(thing, "__doc__", None) or "").partition("\n\n")[0]
+    plain = re.sub(r":\w+:`~?(?:[\w.]+\.)?(\w+)`", r"`\1`", _cell(paragraph).replace("``", "`"))
+    return re.split(r"(?<=[a-z`)]\.) ", plain)[0]
+
+
 def _cell(text: str) -> str:
     return " ".join(text.split()).replace("|", "\\|")
 
@@ -427,6 +487,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "messages.md": messages,
     "metrics.md": metrics,
     "plugin-ladder.md": plugin_ladder,
+    "python-signatures.md": python_signatures,
     "reason-codes.md": reason_codes,
     "wire.md": wire,
 }

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast, get_args, ge
 
 from mosaic_core.contract.declared.class_bodies import check_bodies
 from mosaic_core.contract.declared.class_names import check_names
+from mosaic_core.contract.declared.type_arguments import TypeArguments, bare_bases
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
@@ -143,7 +144,7 @@ class _SharedOf(Shared):
         return self._whole.get(key, make, user or self._user)
 
 
-class Configurer(ABC, Generic[P]):
+class Configurer(TypeArguments, ABC, Generic[P]):
     """Validates ``params`` (by its type argument) and makes the handler or handlers of one connector.
 
     The docstring's first line describes the connector in ``mosaic connectors list``.
@@ -182,14 +183,41 @@ class Configurer(ABC, Generic[P]):
             if isinstance(origin, type) and issubclass(origin, Configurer):
                 argument = get_args(base)[0]
                 if isinstance(argument, type) and issubclass(argument, Params):
+                    _check_model(cls, argument)
                     cls.params_model = argument
                 elif not isinstance(argument, TypeVar):
-                    message = f"its params are {argument!r}."
-                    raise wrong_declaration(cls, message, "Derive them from Params, so that they can be checked.")
+                    said = argument.__qualname__ if isinstance(argument, type) else repr(argument)
+                    message = f"its params are {said}, which is not derived from Params."
+                    raise wrong_declaration(cls, message, "Derive them from it, so that they can be checked.")
+        _check_params_said(cls)
 
     @abstractmethod
     def configure(self) -> Handler | Sequence[Handler]:
         """Make the handler. Open no device here: that is the body's work, so that it can be retried."""
+
+
+def _check_params_said(cls: type[Configurer[Any]]) -> None:
+    """Refuse a class that reads its ``params`` and leaves open what they are: whatever the file says would be an
+    unknown key."""
+    base = next((one for one in bare_bases(cls) if issubclass(one, Configurer)), None)
+    if base is not None and cls.params_model is NoParams and "params_model" not in vars(cls) and _reads_params(cls):
+        cure = f"Write `{base.__name__}[YourParams]`."
+        raise wrong_declaration(cls, "it reads its params, and does not say what they are.", cure)
+
+
+def _reads_params(cls: type[Configurer[Any]]) -> bool:
+    codes = (getattr(body, "__code__", None) for body in vars(cls).values())
+    return any("params" in code.co_names for code in codes if code is not None)
+
+
+def _check_model(cls: type[Configurer[Any]], argument: type[Params]) -> None:
+    """Refuse a params_model beside another one in the brackets, which counts."""
+    written = vars(cls).get("params_model", argument)
+    if written is not argument:
+        message = (
+            f"its params_model is {getattr(written, '__name__', written)}, and its base has [{argument.__name__}]."
+        )
+        raise wrong_declaration(cls, message, "Name the right one in the brackets, and leave params_model out.")
 
 
 class DataChannelConfigurer(Configurer[P]):

@@ -17,6 +17,7 @@ from mosaic_core.contract.declared.class_names import check_derived, check_names
 from mosaic_core.contract.declared.class_safety import (
     check_bounds,
     check_fields,
+    check_item_names,
     check_limits,
     check_lists,
     check_resource,
@@ -29,10 +30,13 @@ from mosaic_core.contract.declared.class_values import (
     check_sent,
     check_values,
     check_widget,
+    is_said_later,
 )
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.sent_picture import check_picture
 from mosaic_core.contract.declared.sent_sound import check_sound
+from mosaic_core.contract.declared.type_arguments import TypeArguments
+from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
@@ -51,7 +55,7 @@ T = TypeVar("T")
 Runs = Literal["always", "watched"]
 
 
-class Handler:
+class Handler(TypeArguments):
     """The base of all handlers. ``label`` is the name of the data channel or track."""
 
     runs: ClassVar[Runs] = "always"
@@ -80,6 +84,7 @@ class Handler:
         """Raises :class:`MosaicError` for what is declared and nothing would follow."""
         super().__init_subclass__(**kwargs)
         if not cls.__module__.startswith(f"{__package__}."):
+            _check_way(cls)
             check_names(cls)
             check_bodies(cls)
             check_runs(cls, ("messages", "frames", "sounds"))
@@ -158,6 +163,16 @@ class Handler:
                 original_text=original_text,
             )
         )
+
+
+def _check_way(cls: type[Handler]) -> None:
+    """Refuse two bases of which one would go unheard: a handler is one channel or one track."""
+    ways = (DataChannelSendable, DataChannelReceivable, MediaTrackHandler, AudioTrackHandler, AudioReceivable)
+    one, *others = [base.__name__ for base in ways if issubclass(cls, base)] or [""]
+    if others:
+        message = f"it derives from {one} and from {others[0]}, and has one channel or track."
+        cure = "Write two handlers, which configure() returns together; DataChannelBidirectional sends and receives."
+        raise wrong_declaration(cls, message, cure)
 
 
 def check_said(cls: type[Handler], said: Any) -> None:
@@ -343,6 +358,7 @@ class DataChannelReceivable(Handler, Generic[T]):
         fields = _fields_of(cls)
         _take_moving_fields(cls, fields)
         check_fields(cls, fields, cls.motion_fields, cls.position_fields)
+        check_item_names(cls, fields, cls.item_names)
         check_said_safety(cls, cls)
         check_limits(cls, fields, cls.limits, cls.motion_fields, cls.position_fields)
 
@@ -366,8 +382,13 @@ def _take_moving_fields(receiver: type[DataChannelReceivable[Any]], fields: Mess
 
 def _fields_of(receiver: type[DataChannelReceivable[Any]]) -> MessageFields:
     """What its messages have, as far as its class says."""
-    used = (*receiver.motion_fields, *receiver.position_fields, *receiver.limits)
-    return message_fields(message_type_of(receiver), used, receiver.item_names)
+    used = (*receiver.motion_fields, *receiver.position_fields, *_known(receiver.limits))
+    return message_fields(message_type_of(receiver), used, _known(receiver.item_names))
+
+
+def _known(said: Any) -> Any:
+    """Nothing yet of what a property says: only an instance knows."""
+    return () if is_said_later(said) else said
 
 
 def check_made(handler: Handler) -> None:
@@ -379,8 +400,13 @@ def check_made(handler: Handler) -> None:
 
 
 def reports_position(handler: DataChannelReceivable[Any]) -> bool:
-    """Whether its author wrote :meth:`DataChannelReceivable.reported_position`."""
-    return type(handler).reported_position is not DataChannelReceivable.reported_position
+    """Whether its author wrote :meth:`DataChannelReceivable.reported_position`, and not one that says nothing of any
+    field: a body without a name can't know."""
+    written = type(handler).reported_position
+    if written is DataChannelReceivable.reported_position:
+        return False
+    code = getattr(written, "__code__", None)
+    return code is None or bool(code.co_names or code.co_freevars) or written(handler, "") is not None
 
 
 class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):

@@ -64,7 +64,7 @@ class EncodingParams(Params):
         default=None,
         ge=100_000,
         le=50_000_000,
-        description="Most that one operator is sent, with the copies that cover loss. Default: 0.07 bit (`drive`) or "
+        description="Most that one operator is sent, with the copies that cover loss. Default: 0.085 bit (`drive`) or "
         "0.12 bit (`inspect`) per pixel, 30 times a second, and as much again of copies.",
         json_schema_extra=unit("bit/s"),
     )

@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
+from mosaic_core.contract.declared.default_values import check_defaults
+from mosaic_core.contract.declared.message_words import check_message_words
 from mosaic_core.contract.declared.nested_models import check_nested
 from mosaic_core.contract.declared.unsent import may_be_none, unknown_field, with_its_nans
 from mosaic_core.words.limits import MotionKind
@@ -26,9 +28,10 @@ class Params(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Raises :class:`MosaicError` for a field in which a misspelt key would be ignored."""
+        """Raises :class:`MosaicError` for a field in which a misspelt key would be ignored, and for a wrong default."""
         super().__pydantic_init_subclass__(**kwargs)
         check_nested(cls)
+        check_defaults(cls)
 
 
 class CameraLabel(str):
@@ -102,6 +105,13 @@ class Message(BaseModel):
             self.__setstate__(raw.__getstate__())
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # what is received is read without it
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Raises :class:`MosaicError` for a wrong default, and for what it says of itself and nobody reads."""
+        super().__pydantic_init_subclass__(**kwargs)
+        check_message_words(cls)
+        check_defaults(cls, _MADE_HERE)
 
     @classmethod
     def _refuse_unknown(cls, data: Mapping[str, Any]) -> None:

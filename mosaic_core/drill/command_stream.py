@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from mosaic_core.drill.commands import DrillCommand
-from mosaic_core.drill.findings import ExerciseFailed
+from mosaic_core.drill.findings import ExerciseFailed, NotExercised
 from mosaic_core.drill.recorder import Act
 from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, comes_true
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, encode_frame
@@ -20,6 +20,8 @@ PERIOD_S = 0.05
 """Twenty commands a second, as a dashboard sends them."""
 BEGIN_S = 3.0
 """For the first command to be carried out; a device that is opened late has its own time."""
+REPORT_S = 1.0
+"""For the first report of where it is."""
 GRACE_S = 1.0
 """How much later than it must a lease may end on a busy machine; how late it was is an exercise of its own."""
 
@@ -27,8 +29,9 @@ GRACE_S = 1.0
 class CommandStream:
     """Opened on the operator's link; :meth:`say` says anything."""
 
-    def __init__(self, who: DrillOperator, subject: DrilledReceiver, command: DrillCommand) -> None:
+    def __init__(self, rig: Rig, who: DrillOperator, subject: DrilledReceiver, command: DrillCommand) -> None:
         is_latest = subject.delivery is Delivery.LATEST
+        self._rig = rig
         self.who = who
         self.subject = subject
         self.command = command
@@ -88,7 +91,16 @@ class CommandStream:
         while not any(self.moves(act) for act in self.subject.recorder.commands_since(began_s)):
             if time.monotonic() - began_s > BEGIN_S:
                 raise ExerciseFailed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
+            await self.hold()
             await self.drive(self.period_s)
+
+    async def hold(self) -> None:
+        """Have the lease, where there is one to have: take it, also again where a machine that stood still for two
+        seconds let it expire before anything moved."""
+        resource = self.subject.safety.resource
+        if resource is not None and self.epoch == 0:
+            # Where the robot lost a commander before, whose lease lingers, this one is next.
+            await self.who.control.take(resource, wait_s=self._rig.lease_expiry_s + GRACE_S)
 
     def moves(self, act: Act) -> bool:
         """Whether a command that was carried out means motion; one that names a position does."""
@@ -110,18 +122,31 @@ def position_of(subject: DrilledReceiver, field: str) -> float | None:
         raise ExerciseFailed(f"reported_position raised: {type(error).__name__}: {error}") from None
 
 
+async def placed(rig: Rig, subject: DrilledReceiver) -> DrillCommand:
+    """Its command, which tells it to be where it is. Raises :class:`NotExercised` where a live drill would move it
+    without knowing from where."""
+    assert subject.command is not None
+    fields = subject.command.positions if rig.is_live else ()
+    if not await comes_true(lambda: None not in [position_of(subject, field) for field in fields], REPORT_S):
+        unknown = next(field for field in fields if position_of(subject, field) is None)
+        kind = type(subject.handler).__name__
+        raise NotExercised(
+            f"{kind}.reported_position says nothing of '{unknown}', so a live drill would move it without knowing: let "
+            "it answer from what was read last, or drill it while its device tells"
+        )
+    return subject.command.placed(lambda field: position_of(subject, field))
+
+
 @asynccontextmanager
 async def opened(
     rig: Rig, subject: DrilledReceiver, role: str = "operator", *, holds: bool = True
 ) -> AsyncIterator[CommandStream]:
     """Somebody connects, takes the lease if there is one to take, and may command; gone afterwards."""
-    assert subject.command is not None
     who = await rig.operator(role)
     try:
-        if holds and subject.safety.resource is not None:
-            # Where the robot lost a commander before, whose lease lingers, this one is next.
-            await who.control.take(subject.safety.resource, wait_s=rig.lease_expiry_s + GRACE_S)
-        stream = CommandStream(who, subject, subject.command.placed(lambda field: position_of(subject, field)))
+        stream = CommandStream(rig, who, subject, await placed(rig, subject))
+        if holds:
+            await stream.hold()
         await stream.open()
         yield stream
     finally:

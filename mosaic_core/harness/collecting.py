@@ -8,7 +8,7 @@ import contextlib
 import inspect
 import math
 from collections.abc import AsyncIterator, Callable, Iterable
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar, cast
 
 from mosaic_core.contract.declared.yielded import hand_over, items_of
 from mosaic_core.contract.handler import (
@@ -18,13 +18,20 @@ from mosaic_core.contract.handler import (
     MediaTrackHandler,
     why_unsent,
 )
-from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.harness.fake_hosts import FakeHost, fake_host
 from mosaic_core.harness.fake_loop import run_on
 from mosaic_core.harness.right_kind import check_has
 
 T = TypeVar("T")
+F = TypeVar("F", covariant=True)
+
+
+class _HasFrames(Protocol[F]):
+    """A :class:`MediaTrackHandler`, by the pictures that its author says it yields."""
+
+    def frames(self) -> Iterable[F] | AsyncIterator[F]: ...
+
 
 PATIENCE_S = 3600.0
 """Fake seconds after which a body that yields too little is given up."""
@@ -44,10 +51,12 @@ def collect(handler: DataChannelSendable[T], count: int | None = None, *, within
     return _run(handler, handler.messages, handler.send, count, within_s, "messages")
 
 
-def take_frames(handler: MediaTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Picture]:
-    """The first ``count`` pictures that ``frames()`` yields; the rest is as in :func:`collect`."""
-    check_has(handler, "frames")
-    return _run(handler, handler.frames, handler.send_frame, count, within_s, "frames")
+def take_frames(handler: _HasFrames[F], count: int | None = None, *, within_s: float = PATIENCE_S) -> list[F]:
+    """The first ``count`` pictures that ``frames()`` of a :class:`MediaTrackHandler` yields, of the type that it says;
+    the rest is as in :func:`collect`."""
+    camera = cast(MediaTrackHandler, handler)
+    check_has(camera, "frames")
+    return _run(camera, camera.frames, camera.send_frame, count, within_s, "frames")
 
 
 def take_sounds(handler: AudioTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Sound]:

@@ -45,6 +45,8 @@ class Examinee:
     @cached_property
     def loaded(self) -> object | Fault:
         """What the entry point names, or the fault with which its import ended."""
+        if not self.entry_point.pattern.match(self.entry_point.value):
+            return Fault(f"its entry point is '{self.entry_point.value}', which is no module:Class", self.entry_place)
         try:
             loaded: object = self.entry_point.load()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way

@@ -57,7 +57,8 @@ class Shipment:
 
     def packages(self) -> tuple[str, ...]:
         """The top packages that its connectors come from."""
-        return tuple(dict.fromkeys(one.module.partition(".")[0] for one in self.entry_points))
+        sound = (one for one in self.entry_points if one.pattern.match(one.value))
+        return tuple(dict.fromkeys(one.module.partition(".")[0] for one in sound))
 
     def folders(self) -> Iterator[Path]:
         """Where the code of those packages lies; of a module that stands alone, nothing. Imports nothing."""

@@ -22,8 +22,8 @@ from mosaic_core.ladder.lives import absent_device_errors, is_absence, lived
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import CORE_FOLDER, place_of_class, place_of_field
+from mosaic_core.runtime.configuration.mistakes.guard_hints import acts_on_the_loop, says_motion
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.configuration.safety_problems import says_motion
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import hint_at
@@ -146,6 +146,8 @@ def motion_is_guarded(one: Examinee) -> Iterator[Fault]:
             yield Fault(f"{kind.__name__} moves and has no make_safe()", place_of_class(kind))
         if not (says_motion(kind) or safety.motion_fields or safety.position_fields or safety.limits):
             yield Fault(f"{kind.__name__} names no motion_fields or position_fields", place_of_class(kind))
+        if acts_on_the_loop(receiver):
+            yield Fault(f"{kind.__name__} moves in an `async def handle_data`", place_of_class(kind))
 
 
 def _moving(one: Examinee) -> list[tuple[DataChannelReceivable[Any], ReceiverSafety]]:
@@ -219,10 +221,13 @@ SILVER = (
         "Begin with `mosaic plugin new`, which writes some; build, collect and feed are enough.", tests_use_the_kit,
     ),
     ConnectorRule(
-        "motion-guarded", "silver", "What moves has a time-out, a safe action, and says which fields are motion.",
-        "A lost operator must not leave it moving, and limits need to know what to limit.",
-        "Give the class timeout_s, make_safe() and motion_fields or position_fields; `motion_fields = ()` says that it "
-        "moves nothing.", motion_is_guarded,
+        "motion-guarded", "silver",
+        "What moves has a time-out, a safe action and a plain handle_data, and says which fields "
+        "are motion.",
+        "A lost operator must not leave it moving, limits need to know what to limit, and a command that waits on the "
+        "event loop makes everybody wait.",
+        "Give the class timeout_s, make_safe(), a plain `def handle_data`, and motion_fields or position_fields; "
+        "`motion_fields = ()` says that it moves nothing.", motion_is_guarded,
     ),
     ConnectorRule(
         "safety-drill", "silver", "What moves passes the exercises of the safety drill that its class decides.",

@@ -12,6 +12,7 @@ from mosaic_core.machines.peers.bulk_of_operator import BulkState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.control_desk import ControlDesk
+from mosaic_core.operator.control.needed_leases import NeededLeases
 from mosaic_core.operator.control.original_drives import CommandedDrives, ZerosReport
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.delivery.listeners import Listeners, first_heard
@@ -21,7 +22,7 @@ from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings
 from mosaic_core.operator.stores.channel_plan import Known, changed_labels, check_answers
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
-from mosaic_core.operator.stores.request_caller import RequestCaller
+from mosaic_core.operator.stores.request_caller import RequestCaller, RequestRefused
 from mosaic_core.operator.stores.robot_stores import RobotStores
 from mosaic_core.operator.stores.store_manager import StoreManager
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
@@ -162,7 +163,11 @@ class RobotConnection(RobotStores):
         check_answers(label, self.known)
         if label not in self._callers:
             self._callers[label] = RequestCaller(self.bidirectional(label))
-        return await self._callers[label].request(question, timeout_s, on_progress)
+        try:
+            return await self._callers[label].request(question, timeout_s, on_progress)
+        except RequestRefused as refused:
+            told = self.control.needed.refused(label, refused.code, self.control.leases)
+            raise (RequestRefused(refused.code, told) if told else refused) from None
 
     def unread_channel(self, label: str) -> Channel:
         """A raw channel, to measure the way to the robot: one of a label that it does not know, it leaves unread."""
@@ -301,6 +306,7 @@ class RobotConnection(RobotStores):
         match message:
             case control.CatalogueFull(catalogue=catalogue):
                 before, self.catalogue = self.catalogue, catalogue
+                self.control.needed = NeededLeases(catalogue)
                 if self.state == "connected":
                     labels = changed_labels(before, catalogue)
                     self._bindings.catalogue_changed(self.known, self._stores.stores_of(self.robot_id), labels)
@@ -312,8 +318,9 @@ class RobotConnection(RobotStores):
             case control.Near(urls=urls):
                 self.near_urls = urls
             case control.Refusal():
+                told = self._with_its_lease(message)
                 for callback in self._refusals:
-                    callback(message)
+                    callback(told)
             case _:
                 self._bindings.heard(message)
 
@@ -355,6 +362,11 @@ class RobotConnection(RobotStores):
         """Let go of the connection; nothing that drives may go on meanwhile."""
         await self.send_zeros()
         await self._peer.close()
+
+    def _with_its_lease(self, refusal: control.Refusal) -> control.Refusal:
+        """A refusal that tells which lease is missing, where that is the reason."""
+        told = self.control.needed.refused(refusal.label, refusal.code, self.control.leases)
+        return refusal.model_copy(update={"message": refusal.message or told}) if told else refusal
 
     def _say(self, message: control.ControlMessage) -> bool:
         return self._peer.say(message)

@@ -29,7 +29,7 @@ class AuthConfig(ConfigModel):
 
     type: Literal["simple-token", "no-authorization"] = Field(description="How the robot proves who it is.")
     robot_id: UUID = Field(description="The robot's id, as the server shows it.")
-    params: AuthParams = AuthParams()
+    params: AuthParams = Field(default=AuthParams(), description="What it proves it with.")
 
     @field_validator("type", mode="before")
     @classmethod
@@ -58,8 +58,14 @@ class ServerConfig(ConfigModel):
     ws_url: str = Field(
         description="The server, without a path: wss://mosaic.example.org", pattern=r"^wss?://[^/\s?#@]+/?$"
     )
-    auth: AuthConfig = Field(validation_alias=AliasChoices("auth", "auth_config"))
-    webrtc: WebrtcConfig = Field(default=WebrtcConfig(), validation_alias=AliasChoices("webrtc", "webrtc_config"))
+    auth: AuthConfig = Field(
+        validation_alias=AliasChoices("auth", "auth_config"), description="Which robot it is, and how it proves that."
+    )
+    webrtc: WebrtcConfig = Field(
+        default=WebrtcConfig(),
+        validation_alias=AliasChoices("webrtc", "webrtc_config"),
+        description="How it finds a way to its operators.",
+    )
 
     @field_validator("ws_url")
     @classmethod
@@ -82,7 +88,9 @@ class ConnectorConfig(ConfigModel):
 
     type: str = Field(description="The connector type; `mosaic connectors list` shows those installed.")
     label: Label
-    params: dict[str, Any] = Field(default_factory=dict)
+    params: dict[str, Any] = Field(
+        default_factory=dict, description="Settings of this connector; `mosaic connectors show TYPE` has them all."
+    )
     delivery: DeliveryContract | None = Field(
         default=None, description="How the data travels: a mode, or more; default: the connector's own."
     )
@@ -92,12 +100,12 @@ class ConnectorConfig(ConfigModel):
 class RobotConfig(ConfigModel):
     """The whole file."""
 
-    version: Literal[1] = 1
+    version: Literal[1] = Field(default=1, description="Of this format; there is one.")
     server: ServerConfig | None = Field(
         default=None, description="Who introduces operators. Without it: `mosaic run --serve`, and the LAN alone."
     )
-    control: ControlConfig = ControlConfig()
-    connectors: tuple[ConnectorConfig, ...] = ()
+    control: ControlConfig = Field(default=ControlConfig(), description="Who may command.")
+    connectors: tuple[ConnectorConfig, ...] = Field(default=(), description="What the robot sends, shows and takes.")
 
     @model_validator(mode="after")
     def _says_something(self) -> RobotConfig:

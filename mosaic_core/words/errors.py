@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import TypeAlias
 
 from mosaic_core.words.codes import reason
 
@@ -45,14 +46,27 @@ def guess(word: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"did you mean '{match}'?" if match else otherwise
 
 
+CodeLine: TypeAlias = tuple[str, int | None]
+"""File and line of somebody's code; an empty name where nobody knows it."""
+NOWHERE: CodeLine = ("", None)
+
+
+def without_place(message: str, at: CodeLine) -> str:
+    """``message`` without the ``FILE:LINE`` that it names, for whoever shows the place by itself."""
+    place = ":".join(str(part) for part in at if part)
+    return message.replace(f"{place}: ", "", 1).replace(f" ({place})", "", 1) if place else message
+
+
 class MosaicError(Exception):
     """The base of all errors that MOSAIC raises on purpose.
 
-    ``code`` is a key of :data:`mosaic_core.words.codes.REASONS`; ``cure`` says what to do, if anything is known.
+    ``code`` is a key of :data:`mosaic_core.words.codes.REASONS`; ``cure`` says what to do, if anything is known; ``at``
+    is the code that it speaks of, where that is somebody's mistake.
     """
 
-    def __init__(self, message: str, *, code: str, cure: str | None = None) -> None:
+    def __init__(self, message: str, *, code: str, cure: str | None = None, at: CodeLine = NOWHERE) -> None:
         super().__init__(message)
+        self.at = at
         self.message = message
         self.code = code
         self.cure = reason(code).cure if cure is None else cure
@@ -63,7 +77,7 @@ class Problem:
     """One mistake in a configuration.
 
     ``line`` counts from 1, or is ``None`` where no line can be named; ``path`` is the place in the document
-    (``connectors[2].params.fps``).
+    (``connectors[2].params.fps``). ``file`` and ``line`` of a mistake in a connector's code are those of the code.
     """
 
     message: str
@@ -74,16 +88,25 @@ class Problem:
     cure: str = ""
 
     def __str__(self) -> str:
-        place = ":".join(str(part) for part in (self.file, self.line) if part)
-        where = f"{place}: " if place else ""
+        where = f"{place}: " if (place := _place(self)) else ""
         at = f"{self.path}: " if self.path else ""
         cure = f" ({self.cure})" if self.cure else ""
         return f"{where}{at}{self.message}{cure}"
 
 
 def by_line(problems: Iterable[Problem]) -> tuple[Problem, ...]:
-    """In the order of the file."""
-    return tuple(sorted(problems, key=lambda one: one.line or 0))
+    """In the order of the file; what is wrong with code comes after what is wrong with a configuration."""
+    return tuple(sorted(problems, key=lambda one: (one.file.endswith(".py"), one.line or 0)))
+
+
+def untold(problems: Iterable[Problem], told: Sequence[Problem]) -> tuple[Problem, ...]:
+    """Those of ``problems`` whose line is neither that of one that is ``told``, nor named in its cure."""
+    places, cures = {(one.file, one.line) for one in told}, " ".join(one.cure for one in told)
+    return tuple(one for one in problems if (one.file, one.line) not in places and f"{_place(one)}: " not in cures)
+
+
+def _place(problem: Problem) -> str:
+    return ":".join(str(part) for part in (problem.file, problem.line) if part)
 
 
 class ConfigError(MosaicError):
@@ -98,9 +121,15 @@ class PluginError(MosaicError):
     """An entry point that can't be used; ``distribution`` names who ships it, e.g. ``mosaic-camera 0.1.0``."""
 
     def __init__(
-        self, message: str, *, distribution: str, code: str = "config.broken_plugin", cure: str | None = None
+        self,
+        message: str,
+        *,
+        distribution: str,
+        code: str = "config.broken_plugin",
+        cure: str | None = None,
+        at: CodeLine = NOWHERE,
     ) -> None:
-        super().__init__(message, code=code, cure=cure)
+        super().__init__(message, code=code, cure=cure, at=at)
         self.distribution = distribution
 
 

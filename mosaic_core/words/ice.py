@@ -64,9 +64,9 @@ def parse_ice_url(text: str) -> IceUrl:
 class IceServer(WireModel):
     """One entry of ``ice_servers``; ``urls`` may be written as one string."""
 
-    urls: tuple[str, ...]
-    username: str | None = None
-    credential: str | None = Field(default=None, repr=False)
+    urls: tuple[str, ...] = Field(description="Where it is, such as turn:turn.example.org:3478; several of one server.")
+    username: str | None = Field(default=None, description="For TURN.")
+    credential: str | None = Field(default=None, repr=False, description="The password of `username`.")
 
     @field_validator("urls", mode="before")
     @classmethod

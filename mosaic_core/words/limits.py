@@ -24,12 +24,13 @@ MOTION_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
 
 class ImpossibleLimit(ValueError):
     """A limit that nothing can follow. ``key``: what of it is wrong, where that is one thing; ``cure``: what to write
-    instead."""
+    instead; ``is_order``: its min is above its max."""
 
-    def __init__(self, message: str, *, key: str = "", cure: str = "") -> None:
+    def __init__(self, message: str, *, key: str = "", cure: str = "", is_order: bool = False) -> None:
         super().__init__(message)
         self.key = key
         self.cure = cure
+        self.is_order = is_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,7 @@ class FieldLimit:
     def _check_order(self, name: str, noun: str) -> None:
         if self.min is not None and self.max is not None and self.min > self.max:
             message = f"limit of {name}: min {self.min:g} is above max {self.max:g}, so no {noun} is left"
-            raise ImpossibleLimit(message, key="min", cure="swap them")
+            raise ImpossibleLimit(message, key="min", cure="swap them", is_order=True)
 
 
 def clashes(limits: Iterable[FieldLimit]) -> Iterator[tuple[str, str]]:

@@ -260,7 +260,7 @@ class Stuck(DataChannelConfigurer[NoParams]):
 """
 
 
-def test_mistakes_of_all_handlers_are_told_in_the_order_of_the_file(
+def test_mistakes_of_all_handlers_are_told_in_the_order_of_the_file_and_then_of_the_code(
     mosaic: Mosaic, robot_yaml: Path, install_distribution: InstallDistribution
 ) -> None:
     points = {"mosaic.connectors": {"wheel": "acme_wheel:WheelConfigurer", "stuck": "acme_wheel:Stuck"}}
@@ -268,9 +268,11 @@ def test_mistakes_of_all_handlers_are_told_in_the_order_of_the_file(
     more = "  - { type: stuck, label: stuck }\n  - { type: wheel, label: wheel }\n  - { type: wheel, label: _no }\n"
     robot_yaml.write_text(robot_yaml.read_text() + more)
     problems = json.loads(mosaic("validate", str(robot_yaml), "--json").out)["problems"]
-    assert [one["line"] for one in problems] == [7, 8, 9]
-    assert "no wheel" in problems[0]["message"]
-    assert "'speed' of the messages of connector 'wheel' can be written under two names" in problems[1]["message"]
+    *in_file, of_code = problems
+    assert [one["line"] for one in in_file] == [8, 9]
+    assert "no wheel" in of_code["message"]
+    assert (of_code["path"], Path(of_code["file"]).name) == ("connectors[1]", "acme_wheel.py")
+    assert "'speed' of the messages of connector 'wheel' can be written under two names" in problems[0]["message"]
 
 
 def test_a_connector_with_a_value_that_only_the_robot_knows_is_not_made(

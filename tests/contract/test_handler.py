@@ -239,9 +239,9 @@ def test_params_nest_no_model_that_ignores_keys(wrapped: Callable[[Any], Any]) -
         number: int = 1
 
     for good in (GaugeParams, Strict, int):
-        assert create_model("Good", __base__=Params, port=(wrapped(good), None))
+        assert create_model("Good", __base__=Params, port=(wrapped(good), ...))
     with pytest.raises(MosaicError) as refused:
-        create_model("Bad", __base__=Params, __module__=__name__, port=(wrapped(Port), None))
+        create_model("Bad", __base__=Params, __module__=__name__, port=(wrapped(Port), ...))
     words = "Bad: its field 'port' is a Port, which ignores a misspelt key. Derive Port from Params."
     assert str(refused.value).startswith(f"{__file__}:")
     assert str(refused.value).endswith(words)

@@ -47,6 +47,24 @@ def of_distribution(folder: Path) -> dict[str, str]:
     return types
 
 
+def meanings(page: str) -> Iterator[tuple[str, str]]:
+    """What the rows of its tables explain, and how, where a column is for that."""
+    column = None
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+        if not cells or "meaning" in cells:
+            column = cells.index("meaning") if cells else None
+        elif column is not None and set(line) - set("|- "):
+            yield cells[0], cells[column]
+
+
+@pytest.mark.parametrize("page", ["command-line", "configuration", "connectors"])
+def test_every_option_and_every_key_is_explained(page: str) -> None:
+    told = [*meanings((ROOT / "docs/reference" / f"{page}.md").read_text())]
+    assert len(told) > 40
+    assert [name for name, meaning in told if not meaning] == []
+
+
 def test_every_variable_of_the_environment_is_on_its_page_and_no_other() -> None:
     page = (ROOT / "docs/reference/environment.md").read_text()
     assert variables(*PRODUCT) - BETWEEN_OURSELVES.keys() == set(VARIABLE.findall(page)) - BETWEEN_OURSELVES.keys()

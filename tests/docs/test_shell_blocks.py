@@ -32,6 +32,7 @@ PROGRAMS = {
     "runs tests": "nox pytest",
     "needs the reader's server": "curl jq",
     "needs ROS 2": "ros2",
+    "needs a broker: plugins/mosaic-mqtt/tests have one": "mosquitto_pub",
     "needs a board or a camera": "v4l2-ctl i2cdetect vcgencmd rpicam-vid gst-launch-1.0",
 }
 """Why nobody runs them here, and which programs of other people's."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -16,8 +18,8 @@ from mosaic_core.drill import findings as drill_findings
 from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
-from mosaic_core.drill.positions import in_words
-from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
+from mosaic_core.drill.positions import elsewhere, in_words
+from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector, until
 from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.position_slew import PositionSlew
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -31,6 +33,7 @@ from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.peers.peer_control import PeerControl
 from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words.control import ControlMessage, Stop
+from mosaic_core.words.errors import ConfigError
 
 
 @pytest.fixture(autouse=True)
@@ -253,6 +256,19 @@ async def test_who_drills_after_a_link_died_waits_until_its_lease_has_ended() ->
     assert {name: one.verdict for name, one in found.items()} == {"disconnect": "passed", "leaves": "passed"}
 
 
+async def test_a_lease_that_ended_before_anything_moved_is_taken_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = CommandStream.open
+
+    async def loses(stream: CommandStream) -> None:
+        await opened(stream)
+        stream.who.control.release(stream.subject.safety.resource or "")
+        await until(lambda: stream.epoch == 0)
+
+    monkeypatch.setattr(CommandStream, "open", loses)
+    found = (await findings(sled(Sled), only=("reordered",)))["reordered"]
+    assert found.verdict == "passed", found
+
+
 async def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Fence, "refusal", lambda *asked: None)
     monkeypatch.setattr(Fence, "refusal_on_arrival", lambda *asked: None)
@@ -317,6 +333,46 @@ class SlewsFromZero(Arm):
 class Folds(Arm):
     def make_safe(self, cause: str) -> None:
         self.is_at = 20.0
+
+
+class KnowsNothing(Arm):
+    """Says that it reports where it is, and never does."""
+
+    def reported_position(self, field: str) -> float | None:
+        """Not yet."""
+        return None
+
+
+class DeafSensor(Arm):
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.sensed: float | None = None
+
+    def reported_position(self, field: str) -> float | None:
+        return self.sensed
+
+
+class SwingsHome(Arm):
+    """A safe action that sends it home, where it stands at first; it gets there by and by."""
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.is_at = 20.0
+        self.began_s: float | None = None
+
+    def reported_position(self, field: str) -> float | None:
+        if self.began_s is not None:
+            gone = 8.0 * (time.monotonic() - self.began_s)
+            self.began_s = time.monotonic()
+            self.is_at += max(-gone, min(gone, 20.0 - self.is_at))
+        return self.is_at
+
+    def handle_data(self, data: Angle) -> None:
+        if self.began_s is None:
+            self.is_at = data.angle_deg
+
+    def make_safe(self, cause: str) -> None:
+        self.began_s = time.monotonic()
 
 
 class ReportRaises(Arm):
@@ -435,7 +491,7 @@ def test_positions_are_told_in_one_line(places: dict[str, float], words: str) ->
 async def test_a_live_drill_leaves_an_arm_where_it_is(handler: type[Any]) -> None:
     found = await findings(arm(handler, min=5, max=120, max_rate_per_s=90), live=True, only=("holds-position",))
     assert found["holds-position"].verdict == "passed"
-    assert found["holds-position"].limit == ("angle_deg = 60" if handler is Arm else "angle_deg = 20")
+    assert found["holds-position"].limit == ("angle_deg = 63.9" if handler is Arm else "angle_deg = 20")
 
 
 async def test_a_framework_that_begins_at_zero_after_a_safe_action_fails(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -469,6 +525,56 @@ async def test_no_live_drill_moves_an_arm_of_which_nobody_knows_where_it_is(
     assert why in found.why
 
 
+async def test_a_report_that_is_never_given_is_told_in_a_dry_drill_and_what_a_dry_drill_does_not_ask() -> None:
+    found = (await findings(arm(KnowsNothing, min=5, max=120), only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.why) == (
+        "skipped",
+        "it does not report its position, where a command begins: write reported_position in KnowsNothing",
+    )
+    found = (await findings(arm(min=5, max=120), only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.why) == (
+        "passed",
+        "its own reported_position is not asked in a dry drill: --live asks it",
+    )
+
+
+async def test_a_rate_of_what_never_reports_can_not_begin_anywhere() -> None:
+    with pytest.raises(
+        ConfigError, match=r"does not report where 'angle_deg' is.*let KnowsNothing implement reported_"
+    ):
+        configured(arm(KnowsNothing, max_rate_per_s=90))
+
+
+async def test_no_live_drill_moves_an_arm_whose_sensor_says_nothing() -> None:
+    found = await findings(arm(DeafSensor, min=5, max=120), live=True, only=("silence", "holds-position"))
+    assert {one.verdict for one in found.values()} == {"skipped"}
+    assert found["silence"].why.startswith("DeafSensor.reported_position says nothing of 'angle_deg', so a live drill")
+
+
+async def test_a_safe_action_that_swings_an_arm_home_fails_though_it_stood_there() -> None:
+    found = (await findings(arm(SwingsHome, min=5, max=120), live=True, only=("holds-position",)))["holds-position"]
+    assert found.verdict == "failed", found
+    assert found.why.startswith("told to stay after a safe action, it was moved elsewhere: a swing of ")
+
+
+@pytest.mark.parametrize(
+    ("place", "low", "high", "there"),
+    [
+        (0.0, -1.0, 2.0, 0.3),
+        (0.0, -2.0, 1.0, -0.3),
+        (60.0, 5.0, 120.0, 63.9),
+        (119.0, 5.0, 120.0, 119.0 - 7.44),
+        (0.04, 0.0, 0.08, 0.06),
+        (0.0, -math.inf, 1.0, 0.0),
+        (5.0, 0.0, 1.0, 5.0),
+    ],
+)
+def test_a_live_drill_brings_an_arm_a_little_away_within_its_range(
+    place: float, low: float, high: float, there: float
+) -> None:
+    assert elsewhere(place, low, high) == pytest.approx(there)
+
+
 async def test_an_arm_that_is_moved_by_lists_passes_the_exercises_of_its_numbers() -> None:
     found = await findings(joints(), only=("holds-position", "out-of-range", "not-a-number"))
     assert {one.verdict for one in found.values()} == {"passed"}, found
@@ -478,12 +584,12 @@ async def test_an_arm_that_is_moved_by_lists_passes_the_exercises_of_its_numbers
 
 async def test_a_live_drill_leaves_every_joint_where_it_is() -> None:
     found = (await findings(joints(), live=True, only=("holds-position",)))["holds-position"]
-    assert (found.verdict, found.limit) == ("passed", "positions.shoulder = 60 and positions.elbow = -30")
+    assert (found.verdict, found.limit) == ("passed", "positions.shoulder = 63.9 and positions.elbow = -27.9")
 
 
 async def test_one_joint_of_a_list_that_swings_by_itself_fails_when_it_is_live() -> None:
     found = (await findings(joints(JointsSwing), live=True, only=("holds-position",)))["holds-position"]
-    assert (found.verdict, found.limit) == ("failed", "positions.elbow = -30")
+    assert (found.verdict, found.limit) == ("failed", "positions.elbow = -27.9")
     assert found.why.startswith("told to stay after a safe action, it was moved elsewhere: a swing of ")
 
 

@@ -142,10 +142,25 @@ async def test_a_source_tree_is_judged_beside_an_older_wheel_of_it_that_is_insta
     ]
 
 
+async def test_an_entry_point_that_is_no_class_of_a_module_is_told_by_its_line(plugin: GoodPlugin) -> None:
+    plugin.spoil(P, "acme_gauge.connector:GaugeConfigurer", "acme_gauge.connector GaugeConfigurer")
+    found = {(one.rule.name, one.subject): one for one in await findings(plugin, only=("loads", "py-typed"))}
+    (fault,) = found["loads", "acme-gauge"].faults
+    assert fault.message == "its entry point is 'acme_gauge.connector GaugeConfigurer', which is no module:Class"
+    assert (Path(fault.place.file).name, fault.place.line) == ("pyproject.toml", 9)
+    assert [one.verdict for name, one in found.items() if name != ("loads", "acme-gauge")] == ["passed", "passed"]
+
+
 async def test_nothing_is_asked_of_a_safe_action_alone(plugin: GoodPlugin) -> None:
     plugin.spoil(C, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
     (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
     assert (found.verdict, found.faults) == ("does not apply", ())
+
+
+async def test_what_moves_on_the_event_loop_is_told(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, "    def handle_data(", "    async def handle_data(")
+    (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
+    assert "Wheel moves in an `async def handle_data`" in found.faults[0].message
 
 
 @pytest.mark.parametrize("name", BREACHES)

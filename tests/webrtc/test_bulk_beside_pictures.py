@@ -40,3 +40,22 @@ async def transfer_s(pair: Any, *, has_pictures: bool) -> float:
 async def test_beside_pictures_it_keeps_to_its_rate(pair: Any) -> None:
     least_s = MESSAGES * len(MESSAGE) * 8 / START_BPS
     assert await transfer_s(pair, has_pictures=True) > 0.9 * least_s
+
+
+@pytest.mark.parametrize("gives_way", [False, True])
+async def test_ordinary_data_counts_in_the_budget_and_what_gives_way_does_not(pair: Any, gives_way: bool) -> None:
+    async with pair() as peers:
+        counted: list[int] = []
+        peers.robot_side.congestion.data_left = counted.append
+        arrived: asyncio.Queue[bytes | str] = asyncio.Queue()
+        mine = peers.operator.create_channel("data")
+        mine.on_message = arrived.put_nowait
+        await peers.join()
+        channel: Channel = await asyncio.wait_for(peers.robot_side.channels.get(), WAIT_S)
+        channel.give_way(gives_way)
+        for _ in range(MESSAGES):
+            channel.send(MESSAGE)
+        async with asyncio.timeout(WAIT_S):
+            for _ in range(MESSAGES):
+                await arrived.get()
+        assert (sum(counted) >= MESSAGES * len(MESSAGE)) is not gives_way

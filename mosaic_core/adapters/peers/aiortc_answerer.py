@@ -137,6 +137,7 @@ class AiortcAnswerer:
         )
 
         peer.buffer.background = self._congestion.background
+        peer.buffer.on_left = self._congestion.data_left
 
         @peer.pc.on("datachannel")
         def arrived(channel: RTCDataChannel) -> None:

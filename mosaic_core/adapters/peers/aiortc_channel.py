@@ -24,13 +24,15 @@ class PeerBuffer:
         self.listeners: set[AiortcChannel] = set()
         self.background: BackgroundRate | None = None
         """How fast what gives way is sent."""
+        self.on_left: Callable[[int], None] | None = None
+        """Is told the size of every packet of what does not."""
 
     @property
     def queue(self) -> SctpQueue:
         """The association's; it exists from the first data channel on."""
         if self._queue is None:
             assert self._pc.sctp is not None
-            self._queue = SctpQueue(self._pc.sctp, self._progressed)
+            self._queue = SctpQueue(self._pc.sctp, self._progressed, self.on_left)
         return self._queue
 
     def added(self) -> None:

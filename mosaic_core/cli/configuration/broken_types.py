@@ -35,8 +35,11 @@ def broken_types(resolver: ConnectorResolver, *, imports: bool) -> Mapping[str, 
     waiting: list[str] = []
     for name in dict.fromkeys(one.type for one in resolver.types()):
         try:
-            if resolver.find(name).local is None:
+            local = resolver.find(name).local
+            if local is None:
                 waiting.append(name)
+            elif local.unreadable is not None:
+                found[name] = f"{local.unreadable.file}:{local.unreadable.line}: {local.unreadable.message}"
         except MosaicError as error:
             found[name] = error.message
     return {**found, **(_imported(waiting) if imports else {})}

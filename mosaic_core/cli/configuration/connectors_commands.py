@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -18,7 +18,6 @@ from mosaic_core.cli.terminal.error_report import report_problems
 
 if TYPE_CHECKING:
     from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults
-    from mosaic_core.cli.configuration.connector_description import Row
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
 
@@ -41,7 +40,8 @@ def list_types(
     from mosaic_core.cli.terminal.plain_table import print_table
 
     resolver = resolver_beside(HERE, is_wanted=True)
-    report_problems(resolver.local.problems, as_hints=True)
+    listed = {one.unreadable for one in resolver.local.connectors}
+    report_problems([one for one in resolver.local.problems if one not in listed], as_hints=True)
     if resolver.local.refusal:
         typer.echo(f"left out what stands in connectors/: {resolver.local.refusal}", err=True)
     rows = [
@@ -65,6 +65,7 @@ def show(
     params, the limits that it takes, and an example to paste."""
     from mosaic_core.cli.configuration.connector_description import param_tables
     from mosaic_core.cli.configuration.connector_example import example_yaml
+    from mosaic_core.cli.terminal.rich_table import print_fields
 
     resolver = resolver_beside(HERE, local_connectors)
     configurer = resolver.resolve(connector_type)
@@ -77,7 +78,7 @@ def show(
     channels = _printed_defaults(connector_type, configurer)
     receives = channels is None or any(channel["safety"] for channel in channels)
     for heading, rows in param_tables(configurer, receives=receives):
-        _print_params(heading, rows)
+        print_fields(heading, rows)
     typer.echo("Example:\n")
     typer.echo(example_yaml(connector_type, configurer))
 
@@ -142,26 +143,13 @@ def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) ->
 
 def _print_fields(way: str, fields: Sequence[Mapping[str, Any]]) -> None:
     """What one way's messages have; nothing where nothing goes that way, or no model says what."""
+    from mosaic_core.cli.terminal.rich_table import print_fields
+
     rows = [
         (one["name"], one["type"], "" if one["required"] else "yes", one["unit"], one["description"]) for one in fields
     ]
     if rows:
-        _print_params(way, rows, third="may be absent")
-
-
-def _print_params(heading: str, rows: Iterable[Row], *, third: str = "default") -> None:
-    from rich.table import Table
-
-    from mosaic_core.cli.terminal.rich_table import console
-
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for column in (heading, "type", third, "unit", "description"):
-        # Names are pasted into files: they are never cut or wrapped, descriptions may be.
-        table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
-    for row in rows:
-        table.add_row(*row)
-    console(pipe_width=200).print(table)  # one row per line, for grep
-    typer.echo()
+        print_fields(way, rows, third="may be absent")
 
 
 # -- a configurer's docstring, read from its source: `mosaic connectors list` imports no plugin ----------------------
@@ -169,8 +157,10 @@ def _print_params(heading: str, rows: Iterable[Row], *, third: str = "default") 
 
 def first_docstring_line(entry_point: EntryPoint, source: Path | None = None) -> str:
     """What the class says of itself; empty where the source can't be found or read. ``source``: its file, if known."""
+    if not entry_point.pattern.match(entry_point.value):  # of a broken plugin
+        return ""
     source, name = source or _source_of(entry_point.module), entry_point.attr
-    if source is None or not name:  # of a broken plugin, which names a module alone
+    if source is None or not name:  # of one that names a module alone
         return ""
     try:
         text = source.read_text("utf-8")

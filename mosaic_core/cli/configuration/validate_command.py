@@ -12,7 +12,7 @@ import typer
 
 from mosaic_core.cli.configuration.local_option import LocalOption, resolver_beside
 from mosaic_core.cli.terminal.error_report import FINE, USAGE, report_problems
-from mosaic_core.words.errors import ConfigError, by_line
+from mosaic_core.words.errors import ConfigError, by_line, untold
 
 
 def validate(
@@ -33,7 +33,8 @@ def validate(
         validation = validate_file(config, resolver=resolver, allow_missing_env=allow_missing_env)
         rehearsal = AutoConfigurer(resolver=resolver).rehearse(validation)
         problems = by_line((*validation.problems, *rehearsal.problems))
-        hints = (*resolver.local.problems, *by_line((*validation.hints, *rehearsal.hints)))
+        unused = untold(resolver.local.problems, problems)
+        hints = (*unused, *by_line((*validation.hints, *rehearsal.hints)))
         leases = rehearsal.leases
     except ConfigError as error:
         problems, hints = error.problems, ()

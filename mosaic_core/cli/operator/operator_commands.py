@@ -149,13 +149,23 @@ def call(
     question: Annotated[str, typer.Argument(metavar="JSON", help="The question, such as '{}'.")] = "{}",
     timeout_s: Annotated[float, typer.Option(min=0.1, help="How long to wait for the answer.")] = 30.0,
     as_json: AsJson = False,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Ask nothing: show what may be asked, and what the answer has.")
+    ] = False,
 ) -> Work:
     """Ask a connector that answers requests, and print its answer; progress goes to stderr.
+
+    With --schema it shows the fields of question and answer with their types, bounds and defaults instead; with --json
+    both JSON Schemas.
 
     Takes the lease where the connector wants one, and gives it back. Ctrl+C takes the request back.
     """
     from mosaic_core.cli.operator.operator_call import Call, question_in
 
+    if schema:
+        from mosaic_core.cli.operator.request_schema import RequestSchema
+
+        return RequestSchema(robot, label, as_json)
     return Call(robot, label, question_in(question), timeout_s, as_json)
 
 

@@ -52,6 +52,7 @@ def new(
         usage(f"{taken[0].source} has the type '{taken[0].type}' already; choose another name")
     plugin.write(Path(name))
     typer.echo(f"wrote {name}/; next:\n  cd {name} && pip install --upgrade pip && pip install --group dev -e .")
+    typer.echo(f"  # its types in a robot's file: {', '.join(plugin.connector_types)}")
     typer.echo("  pytest\n  mosaic validate --allow-missing-env\n  mosaic demo --with .")
 
 

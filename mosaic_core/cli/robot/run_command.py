@@ -27,7 +27,7 @@ from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel, set_up_logg
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.config_hints import tell_hints
 from mosaic_core.words.config import RobotConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, Problem, untold
 from mosaic_core.words.lan_wish import LanWish
 
 if TYPE_CHECKING:
@@ -77,9 +77,15 @@ def run_robot(
 
 def _configured(path: Path, local_connectors: bool | None) -> Configured:
     resolver = resolver_beside(path, local_connectors)
-    for problem in resolver.local.problems:
-        logger.warning("%s", problem)
-    return AutoConfigurer(resolver=resolver).from_file(path)
+    told: Sequence[Problem] = ()
+    try:
+        return AutoConfigurer(resolver=resolver).from_file(path)
+    except ConfigError as error:
+        told = error.problems
+        raise
+    finally:
+        for problem in untold(resolver.local.problems, told):
+            logger.warning("%s", problem)
 
 
 def _reloader(path: Path, local_connectors: bool | None) -> Reloader:

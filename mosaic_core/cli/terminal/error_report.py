@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import typer
 
-from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem, hint_at
+from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem, hint_at, without_place
 
 FINE, FAILED, USAGE, REPLACED = 0, 1, 2, 3
 """Exit codes of every command: 2 is usage or configuration, 3 a robot that gave way to another of the same id, 1 the
@@ -51,8 +51,11 @@ def report(error: MosaicError) -> None:
     if isinstance(error, ConfigError):
         report_problems(error.problems)
         return
-    said = error.message.removesuffix(error.cure).rstrip(" ;") if error.cure else error.message  # not twice
+    said = without_place(error.message, error.at)
+    said = said.removesuffix(error.cure).rstrip(" ;") if error.cure else said  # not twice
     typer.secho(f"error: {_on_one_line(said)}", err=True, fg=typer.colors.RED)
+    if error.at[0]:
+        typer.echo(f"  --> {_on_one_line(':'.join(str(part) for part in error.at if part))}", err=True)
     typer.echo(f"  code: {error.code}", err=True)
     if error.cure:
         typer.echo(f"  cure: {_on_one_line(error.cure)}", err=True)

@@ -12,6 +12,8 @@ from rich.table import Table
 
 PIPE_WIDTH = 160
 """A file or a pipe has no edge: no reason to fold anything before the reasons get long."""
+_A_ROW_A_LINE = 4096
+"""Columns of a list in a file or a pipe, which programs read line by line."""
 
 
 def listed(columns: Iterable[str], rows: Iterable[Iterable[RenderableType]], *, whole: Iterable[str] = ()) -> Table:
@@ -48,4 +50,16 @@ def show(
             typer.echo(json.dumps(line, ensure_ascii=False))
         return
     table = listed(columns, rows, whole=whole)
-    console().print(table if table.row_count or not empty else empty)
+    console(pipe_width=_A_ROW_A_LINE).print(table if table.row_count or not empty else empty)
+
+
+def print_fields(heading: str, rows: Iterable[Sequence[str]], *, third: str = "default") -> None:
+    """A table of fields: each ``(name, type, default, unit, description)``. ``heading``: what has them."""
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for column in (heading, "type", third, "unit", "description"):
+        # Names are pasted into files: they are never cut or wrapped, descriptions may be.
+        table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
+    for row in rows:
+        table.add_row(*row)
+    console(pipe_width=200).print(table)  # one row per line, for grep
+    typer.echo()

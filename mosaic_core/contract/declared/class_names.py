@@ -4,6 +4,8 @@ contract's, and those that only another base has.
 
 from __future__ import annotations
 
+import ast
+import inspect
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
@@ -31,6 +33,25 @@ VALUES: Mapping[str, str] = {
 """What the framework reads in the body of a class, and the base whose subclasses have it."""
 _COMMON = frozenset({"answer", "configure", "encoding", "example", "packet_codec", "trial"})
 """Words that an author may well mean otherwise where nothing of MOSAIC is called so."""
+_INSTEAD = (("messages", "frames", "sounds"), ("handle_data", "handle_sound"))
+"""Bodies that do the same, each of another base."""
+_IN_THE_FILE = "Write it in `safety:` of the robot's file, or as a default of the configurer's safety_model."
+_BY_THE_BASE = "Leave it out: it follows from the base and the type in its brackets."
+_OF_HANDLERS: Mapping[str, str] = {
+    "label": "Leave it out: the configurer gives it to __init__.",
+    "data_type": _BY_THE_BASE, "direction": _BY_THE_BASE, "kind": _BY_THE_BASE,
+    "lease": 'Write requires_lease = True, and resource = "…" for a lease of its own.',
+    "safety": "Write its parts one by one: timeout_s, requires_lease, resource, limits.",
+    "max_rate_hz": _IN_THE_FILE, "on_timeout": _IN_THE_FILE, "on_loss": _IN_THE_FILE, "slow_down": _IN_THE_FILE,
+}  # fmt: skip
+"""Values that a handler's class can't say, and where they are said."""
+_OF_CONFIGURERS: Mapping[str, str] = {
+    "Params": "Write that class above, and name it in the brackets of the base: DataChannelConfigurer[MyParams].",
+    "params": "Name their class in the brackets of the base: DataChannelConfigurer[MyParams].",
+    "label": "Leave it out: the robot's file says it.",
+    "safety": "Write defaults in a subclass of SafetyConfig, and name it: safety_model = MySafety.",
+    "shared": "Leave it out: the robot gives it to __init__.",
+}
 _API_VERSION = "MOSAIC_API_VERSION"
 _ALIKE = 0.8
 
@@ -40,7 +61,11 @@ def check_names(cls: type) -> None:
     if _API_VERSION in vars(cls):
         message = f"{_API_VERSION} stands in the class, and is read from its module."
         raise wrong_declaration(cls, message, "Write it above the class, at the left margin.")
+    _check_annotations(cls)
+    elsewhere = _OF_HANDLERS if hasattr(cls, "bind") else _OF_CONFIGURERS
     for name, value in vars(cls).items():
+        if name in elsewhere and (isinstance(value, type) or not (callable(value) or hasattr(value, "__get__"))):
+            raise wrong_declaration(cls, f"nobody reads the {name} of its class.", elsewhere[name])
         if name.startswith("_") or any(hasattr(base, name) for base in cls.__mro__[1:]):
             continue
         is_called = isinstance(value, classmethod | staticmethod) or (callable(value) and not isinstance(value, type))
@@ -48,9 +73,40 @@ def check_names(cls: type) -> None:
         if owner is not None:
             verb = "calls" if is_called else "reads"
             message = f"nobody {verb} its {name}{'()' if is_called else ''}."
-            cure = f"Derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
+            cure = f"derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
+            cure = f"Write {meant}(), or {cure}" if (meant := _meant_body(cls, name)) else f"D{cure[1:]}"
             raise wrong_declaration(cls, message, cure)
         _check_spelling(cls, name, BODIES if is_called else VALUES)
+
+
+def _meant_body(cls: type, name: str) -> str:
+    """What its base calls the body that is called ``name`` elsewhere; empty where it has none."""
+    alike = next((its for its in _INSTEAD if name in its), ())
+    return next((one for one in alike if hasattr(cls, one) and one not in vars(cls)), "")
+
+
+def _check_annotations(cls: type) -> None:
+    """Refuse a value behind a colon: it is taken for a type, and nothing is set."""
+    try:
+        annotations = inspect.get_annotations(cls)
+    except NameError:  # of a name that only a type checker imports
+        return
+    for name, said in annotations.items():
+        value = _literal(said)
+        if name in VALUES and name not in vars(cls) and isinstance(value, bool | int | float | tuple | dict):
+            raise wrong_declaration(
+                cls, f"{name} is annotated with {value!r}, and not set.", f"Write {name} = {value!r}."
+            )
+
+
+def _literal(annotation: object) -> object:
+    if not isinstance(annotation, str):
+        return annotation
+    try:
+        value: object = ast.literal_eval(annotation)
+    except (ValueError, SyntaxError):
+        return None
+    return value
 
 
 def check_derived(cls: type) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -46,6 +46,21 @@ def check_lists(cls: type, message_type: Any) -> None:
                 raise wrong_declaration(cls, message, has)
 
 
+def check_item_names(cls: type, fields: MessageFields, item_names: object) -> None:
+    """Refuse names twice, and those of no list: only one that is keyed by another has names."""
+    if not isinstance(item_names, Collection) or not item_names:
+        return
+    names = [*item_names]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise wrong_declaration(cls, f"item_names has '{twice}' twice.", "Name each once.")
+    if not any(one.names for one in fields.lists) and fields.message_type is not None and fields.is_known:
+        message = "item_names is set, and its messages have no list whose numbers are named."
+        raise wrong_declaration(
+            cls, message, 'Say in the message which list names which: keyed_by = {"positions": "names"}.'
+        )
+
+
 def check_timeout(cls: type, timeout_s: object, *, has_safe_action: bool) -> None:
     """Refuse a time-out that none can be, and one after which nothing would happen."""
     if not isinstance(timeout_s, int | float):
@@ -75,6 +90,9 @@ def check_bounds(cls: type, limits: object) -> None:
         if not isinstance(bounds, FieldBounds):
             message = f"the limit of '{field}' is a {type(bounds).__name__}."
             raise wrong_declaration(cls, message, "Write FieldBounds(min=…, max=…).")
+        if bounds == FieldBounds():
+            message = f"the limit of '{field}' bounds nothing."
+            raise wrong_declaration(cls, message, "Write FieldBounds(min=…, max=…), or remove it.")
 
 
 def check_limits(

@@ -12,7 +12,10 @@ from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 
 
 def check_nested(cls: type[BaseModel]) -> None:
-    """Refuse a field whose model ignores what is misspelt in the file."""
+    """Refuse a model, and a field whose model, ignores what is misspelt in the file."""
+    if cls.model_config.get("extra", "ignore") == "ignore":
+        message = 'its model_config has extra="ignore", with which a misspelt key is ignored.'
+        raise wrong_declaration(cls, message, 'Leave `extra` out, or write "allow" and read what is left over.')
     for name, field in cls.model_fields.items():
         for model in models_in(field.annotation):
             if model.model_config.get("extra", "ignore") == "ignore":

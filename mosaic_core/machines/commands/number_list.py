@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.machines.commands.message_numbers import OutOfRange, finite_number, put, value_at
-from mosaic_core.words.errors import hint_at
+from mosaic_core.words.errors import hint_at, nearest
 
 EVERY = "*"
 """The key that stands for all numbers of a list."""
@@ -73,11 +73,12 @@ class NumberList:
         try:
             names = value_at(message, tuple(self.names.split(".")), self.names)
         except KeyError:
-            names = []
+            raise self._unnamed(message) from None
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise OutOfRange(f"{self.names} is no list of texts")
         if len(names) != count:
-            raise OutOfRange(f"{self.path} has {count} values for {len(names)} {self.names}")
+            values = "1 value" if count == 1 else f"{count} values"
+            raise OutOfRange(f"{self.path} has {values} for {len(names)} {self.names}")
         if len(set(names)) != len(names):
             raise OutOfRange(f"{self.names} has a name twice")
         unknown = next((name for name in names if self.known and name not in self.known), None)
@@ -85,3 +86,11 @@ class NumberList:
             known = ", ".join(sorted(self.known))
             raise OutOfRange(f"{self.names}: there is no {unknown!r}{hint_at(unknown, self.known)} There are: {known}")
         return names
+
+    def _unnamed(self, message: Mapping[str, Any]) -> OutOfRange:
+        """Of a message without the list that names its numbers: what was probably meant to be it."""
+        *way, key = self.names.split(".")
+        around = value_at(message, tuple(way), self.names) if way else message
+        meant = nearest(key, around)
+        written = f": it has '{meant}' instead" if meant else ""
+        return OutOfRange(f"{self.names!r}, which names {self.path}, is missing{written}")

@@ -17,7 +17,7 @@ BURST_BYTES = 1_200
 """A packet at a time, where it is limited: two of them are a queue of 20 ms on 1 Mbit/s."""
 SILENT_S = 2.0
 """Nobody looks at pictures any more."""
-_QUEUE_S, _LONG_S = 0.012, 0.1
+_QUEUE_S, _LONG_S = 0.008, 0.1
 """More than pictures wait for each other; and a queue beside which only the least is sent."""
 _CUT, _CUT_EVERY_S = 0.6, 0.12
 """Each cut has its effect first."""

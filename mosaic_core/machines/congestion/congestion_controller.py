@@ -35,12 +35,13 @@ class CongestionController(ABC):
         self._heard_at_s = self._sent_at_s = now_s
         self._congested: tuple[float, float] | None = None
         """When it was last more than the path takes, and what that takes."""
+        self._data_bps = 0.0
         self._budget_bps = start_bps
         self.limit(min_bps, max_bps)
 
     @property
     def budget_bps(self) -> int:
-        """What all streams may send together."""
+        """What all streams and ordinary data may send together."""
         return round(self._budget_bps)
 
     def most_bps(self, now_s: float) -> float:
@@ -52,14 +53,21 @@ class CongestionController(ABC):
         return False
 
     def sent_bps(self, now_s: float) -> float:
-        """What was sent during the last second, with what was sent again."""
+        """What was sent during the last second, with what was sent again, and data."""
         forget(self._sent, now_s)
-        return sum(size for _, size in self._sent) * 8 / _WINDOW_S
+        return sum(size for _, size in self._sent) * 8 / _WINDOW_S + self._data_bps
 
     def limit(self, min_bps: int, max_bps: int) -> None:
         """The streams changed: other limits hold."""
         self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)
         self._set(self._budget_bps)
+
+    def carries(self, data_bps: float, now_s: float) -> None:
+        """So much ordinary data is on the path besides. Where nothing but the streams' own limit bounded the budget,
+        that makes room for it."""
+        is_at_most = self._budget_bps >= self._max_bps + self._data_bps and not self.is_limited(now_s)
+        more_bps, self._data_bps = data_bps - self._data_bps, data_bps
+        self._set(self._budget_bps + more_bps if is_at_most else self._budget_bps)
 
     def sent(self, size_bytes: int, now_s: float, *, is_key: bool = False) -> None:
         """Something was sent; ``is_key``: of a key frame."""
@@ -78,7 +86,7 @@ class CongestionController(ABC):
         """Call it about twice per second: silence is news too."""
 
     def _set(self, budget_bps: float) -> None:
-        self._budget_bps = min(float(self._max_bps), max(float(self._min_bps), budget_bps))
+        self._budget_bps = min(self._max_bps + self._data_bps, max(self._min_bps + self._data_bps, budget_bps))
 
 
 def forget(events: deque[tuple[float, int]], now_s: float) -> None:

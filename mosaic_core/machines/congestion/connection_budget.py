@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from dataclasses import replace
 
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.machines.congestion.budget_allocator import Demand, allocated
 from mosaic_core.machines.congestion.congestion_controller import CongestionController
-from mosaic_core.machines.congestion.feedback import Feedback, ReceiverReport
+from mosaic_core.machines.congestion.data_rate import DataRate
+from mosaic_core.machines.congestion.feedback import BandwidthEstimate, Feedback, ReceiverReport
 from mosaic_core.machines.congestion.packet_copies import PacketCopies
 from mosaic_core.machines.congestion.packet_pacer import PacketPacer
 from mosaic_core.machines.congestion.path_rate import PathRate
@@ -18,6 +20,8 @@ from mosaic_core.machines.congestion.path_watch import PathSeen, PathWatch
 from mosaic_core.machines.congestion.rate_control import START_BPS, RateControl
 from mosaic_core.machines.congestion.stream_reports import StreamReports
 
+_MOST_FOR_DATA = 0.5
+"""Of the budget: whatever data is sent, pictures make way for no more."""
 RISE_INTERVAL_S = 1.0
 """Between two streams that begin a better picture: a key frame of each at the same time is a queue."""
 
@@ -35,6 +39,7 @@ class ConnectionBudget:
         self._parts: dict[Hashable, int] = {}
         self._copies = PacketCopies()
         self._pacer = PacketPacer()
+        self._data, self._data_bps = DataRate(), 0.0
         self.background = BackgroundRate()
         """Of what gives way to the streams."""
         self._rose_at_s = now_s - RISE_INTERVAL_S
@@ -75,6 +80,10 @@ class ConnectionBudget:
         """A picture leaves, or a packet is repeated."""
         self._rate.sent(size_bytes, now_s, is_key=is_key)
 
+    def data_left(self, size_bytes: int, now_s: float) -> None:
+        """A packet of ordinary data, of which no report of arrivals tells; not of what gives way."""
+        self._data.left(size_bytes, now_s)
+
     def packet_left(self, number: int, size_bytes: int, now_s: float) -> None:
         """A packet that has a number for reports of arrivals."""
         self._watch.sent(number, size_bytes, now_s)
@@ -106,13 +115,15 @@ class ConnectionBudget:
             self._rate = PathRate(*self._limits(), now_s, self._rate.budget_bps)
         if isinstance(feedback, PathSeen) and self.background.reported(feedback, self._rate.usual_s, now_s):
             return
-        self._rate.handle(feedback, now_s)
+        self._count_data(now_s)
+        self._rate.handle(self._with_data(feedback), now_s)
         if isinstance(feedback, PathSeen):
             self._copies.reported(feedback.lost, feedback.received, now_s, is_queued=self._rate.is_queued)
         self._divide()
 
     def tick(self, now_s: float) -> None:
         """Call it about twice per second."""
+        self._count_data(now_s)
         self._rate.tick(now_s)
         self._divide()
 
@@ -150,14 +161,28 @@ class ConnectionBudget:
         self._divide()
 
     def _divide(self) -> None:
-        self._parts = allocated(self._rate.budget_bps, self._demands)
+        self._parts = allocated(self._rate.budget_bps - self._data_bps, self._demands)
+
+    def _count_data(self, now_s: float) -> None:
+        self._data_bps = min(self._data.bps(now_s), _MOST_FOR_DATA * self._rate.budget_bps)
+        self._rate.carries(self._data_bps, now_s)
+
+    def _with_data(self, feedback: Feedback) -> Feedback:
+        """Receivers tell of streams alone; the budget is for all."""
+        if isinstance(feedback, PathSeen) and feedback.path_bps is not None:
+            path_bps = feedback.path_bps + self._data_bps
+            left = None if feedback.left is None else min(1.0, feedback.left * path_bps / feedback.path_bps)
+            return replace(feedback, path_bps=path_bps, left=left)
+        if isinstance(feedback, BandwidthEstimate):
+            return BandwidthEstimate(round(feedback.bitrate_bps + self._data_bps))
+        return feedback
 
     def _spare_bps(self, now_s: float) -> float:
         """What the path takes beside the pictures."""
         total_bps = sum(self._parts.values())
         if not total_bps:
             return 0.0
-        factor = min(2.0, self._rate.most_bps(now_s) / total_bps)
+        factor = min(2.0, (self._rate.most_bps(now_s) - self._data_bps) / total_bps)
         return sum(
             min(factor * part_bps, self._ceilings_bps[stream]) - self.picture_bps(stream, now_s)
             for stream, part_bps in self._parts.items()

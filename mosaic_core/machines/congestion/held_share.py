@@ -29,7 +29,7 @@ class HeldShare:
     monotonic clock."""
 
     def __init__(self, now_s: float) -> None:
-        self._drained_at_s = now_s
+        self._theirs_since_s = now_s
         self._held_since_s: float | None = None
         self._share, self._link_bps = SHARE, 0.0
         self._loss, self._seen_at_s, self._shrunk_at_s = 0.0, now_s, now_s
@@ -43,8 +43,10 @@ class HeldShare:
         self._link_bps = seen.trains_bps or self._link_bps
         self._note_loss(seen, now_s)
         if seen.waited_s < (DRAINED_S if self.is_held else QUEUE_S):
-            self._drained_at_s, self._held_since_s, self._share = now_s, None, SHARE
-        elif not self.is_held and now_s - self._drained_at_s > STANDS_S and budget_bps < _LITTLE * self._link_bps:
+            self._theirs_since_s, self._held_since_s, self._share = now_s, None, SHARE
+        elif budget_bps >= _LITTLE * self._link_bps and not self.is_held:
+            self._theirs_since_s = now_s  # a queue that we made ourselves may stand, or drain slowly
+        elif not self.is_held and now_s - self._theirs_since_s > STANDS_S:
             self._held_since_s = now_s
 
     def least_bps(self, now_s: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from mosaic_core.machines.congestion.congestion_controller import CongestionController
+from mosaic_core.machines.congestion.congestion_controller import CongestionController, forget
 from mosaic_core.machines.congestion.feedback import Feedback, ReceiverReport
 from mosaic_core.machines.congestion.held_share import HeldShare
 from mosaic_core.machines.congestion.path_share import PathShare
@@ -107,7 +107,8 @@ class PathRate(CongestionController):
             self.round_trip_s = feedback.round_trip_s
 
     def tick(self, now_s: float) -> None:
-        if self.sent_bps(now_s) > 0.0 and now_s - self._heard_at_s >= _SILENT_S <= now_s - self._cut_at_s:
+        forget(self._sent, now_s)
+        if self._sent and now_s - self._heard_at_s >= _SILENT_S <= now_s - self._cut_at_s:
             self._cut_at_s = now_s
             self._set(self._budget_bps * _SILENT_CUT)
 
@@ -164,9 +165,11 @@ class PathRate(CongestionController):
         self._pause(seen, now_s)
 
     def _ease(self, seen: PathSeen, path_bps: float, now_s: float) -> None:
-        """Sends a little less, without a pause: what stands drains meanwhile."""
+        """Sends a little less, without a pause: what stands drains meanwhile. While a queue grows, more of ours comes
+        through than others leave to us: if it does not drain, less is sent once more."""
         self._share.congested(path_bps, seen.left, now_s)
-        self._congested, self._takes_bps = (now_s, path_bps), path_bps
+        left_bps = math.inf if seen.left is None or seen.trains_bps is None else seen.left * seen.trains_bps
+        self._congested, self._takes_bps = (now_s, path_bps), min(path_bps, left_bps)
         self._uneasy_reports = 0
         self._set(min(self._budget_bps, _EASED_SHARE * path_bps))
 

@@ -15,6 +15,7 @@ from mosaic_core.machines.control.stop_call import StopReport
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.lease import Lease, LeaseDenied
 from mosaic_core.operator.control.lease_takers import LeaseTakers
+from mosaic_core.operator.control.needed_leases import MOTION, NeededLeases
 from mosaic_core.operator.control.robot_answers import RobotAnswers
 from mosaic_core.operator.control.stop_caller import StopCaller
 from mosaic_core.operator.delivery.data_port import now_us
@@ -28,7 +29,6 @@ from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 _log = logging.getLogger(__name__)
 
-MOTION = "motion"
 ANSWER_S = 5.0
 """A robot that is connected answers within a round trip."""
 
@@ -51,6 +51,8 @@ class ControlDesk:
         self._extensions: Mapping[str, int] = {}
         self._listeners: Listeners[[]] = Listeners()
         self._missed: list[Lease] = []
+        self.needed = NeededLeases()
+        """Which leases the connectors of this robot need; the connection says so with each catalogue."""
         self._tasks = BackgroundTasks()
         self.renew(peer_id)
 
@@ -104,9 +106,10 @@ class ControlDesk:
     # -- the lease ---------------------------------------------------------------------------------------------------
 
     async def take(
-        self, resource: str = MOTION, *, reason: str = "", force: bool = False, wait_s: float = 0.0
+        self, resource: str | None = None, *, reason: str = "", force: bool = False, wait_s: float = 0.0
     ) -> Lease:
-        """Ask to command ``resource``; ``async with await control.take() as lease:`` gives it back at the end.
+        """Ask to command ``resource``; ``async with await control.take() as lease:`` gives it back at the end. Where
+        none is named: ``motion``, or the only one that the robot's connectors need.
 
         Somebody who commands already is asked and has ``wait_s`` seconds to answer. ``force`` takes it over: only
         supervisors, with a reason. Raises :class:`LeaseDenied` with the robot's code (``lease.queued``: nobody answered
@@ -114,18 +117,24 @@ class ControlDesk:
         :class:`ConnectionFailed` if the connection ends.
         """
         self._channel_for("lease")
-        return await self._takers.take(
-            resource, lambda: self._driver.tell(machine.Asked(resource, reason[:200], force)), wait_s
-        )
+        name = self.needed.asked_for(resource)
+        try:
+            return await self._takers.take(
+                name, lambda: self._driver.tell(machine.Asked(name, reason[:200], force)), wait_s
+            )
+        except LeaseDenied as denied:
+            raise self.needed.denied(denied, self.leases) from None
 
-    def release(self, resource: str = MOTION) -> None:
-        """Give back what this connection holds of ``resource``; nothing if it holds none."""
-        self._takers.release(resource)
+    def release(self, resource: str | None = None) -> None:
+        """Give back what this connection holds of ``resource``, by default what :meth:`take` takes by default; nothing
+        if it holds none."""
+        self._takers.release(resource or self.needed.usual)
 
-    def answer(self, peer_id: str, *, grant: bool, resource: str = MOTION, message: str = "") -> None:
+    def answer(self, peer_id: str, *, grant: bool, resource: str | None = None, message: str = "") -> None:
         """As the holder, hand the lease over to somebody who waits (``leases[resource].queue``), or refuse."""
+        name = resource or self.needed.usual
         self._channel_for("lease").send(
-            control.LeaseAnswer(resource=resource, peer_id=peer_id, grant=grant, message=message[:200])
+            control.LeaseAnswer(resource=name, peer_id=peer_id, grant=grant, message=message[:200])
         )
 
     # -- the stop ----------------------------------------------------------------------------------------------------

@@ -166,10 +166,24 @@ def check_answers(label: str, known: Known) -> None:
     entry = found_entry(known.catalogue, label)
     if entry is None or entry.direction is Direction.BOTH:
         return  # nobody has that label, which is told by whoever opens its channel
-    answering = [one.label for one in known.catalogue.entries if one.answer_schema is not None]
+    raise _no_answers(label, known.catalogue)
+
+
+def answering_entry(label: str, known: Known) -> CatalogueEntry:
+    """The entry of a connector that answers requests. Raises :class:`UnknownLabel` and :class:`ConnectionFailed`."""
+    if known.catalogue is None:
+        raise nothing_known(label)
+    entry = entry_of(known.catalogue, label)
+    if entry.answer_schema is None:
+        raise _no_answers(label, known.catalogue)
+    return entry
+
+
+def _no_answers(label: str, catalogue: Catalogue) -> ConnectionFailed:
+    answering = [one.label for one in catalogue.entries if one.answer_schema is not None]
     cure = f"Those that do: {', '.join(answering)}." if answering else "No connector of this robot does."
     message = f"{label!r} answers no requests{hint_at(label, answering)}"
-    raise ConnectionFailed(message, code="channel.wrong_direction", cure=cure)
+    return ConnectionFailed(message, code="channel.wrong_direction", cure=cure)
 
 
 def media_labels_of(

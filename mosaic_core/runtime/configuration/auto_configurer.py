@@ -31,11 +31,12 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
-from mosaic_core.runtime.configuration.mistakes.unmade import broken, unmade
+from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
+from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by, unmade
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
-from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
-from mosaic_core.runtime.threads.code_places import explained_error, standing_at
+from mosaic_core.runtime.configuration.safety_problems import safety_problems
+from mosaic_core.runtime.threads.code_places import code_of, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem, by_line
@@ -165,7 +166,7 @@ def _connectors(
         except PydanticUserError as error:
             problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - what a handler says of itself may be a property
-            problems.append(broken(one, explained_error(error)))
+            problems.append(broken_by(one, error))
     every = [one for one, _ in (*kept, *made)]
     problems += label_problems(known)
     problems += folder_problems(every)
@@ -174,8 +175,8 @@ def _connectors(
 
 
 def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
-    def refused(cause: str) -> tuple[Handler, ...]:
-        problems.append(broken(one, cause))
+    def refused(cause: str, thing: object, cure: str = "") -> tuple[Handler, ...]:
+        problems.append(broken(one, cause, cure=cure, at=code_of(thing)))
         return ()
 
     try:
@@ -186,21 +187,28 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
         return ()
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
-        return refused(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
+        said, cure = repr(made), "return a handler, or a sequence of them"
+        if isinstance(made, type) and issubclass(made, Handler):
+            said, cure = f"the class {made.__name__}", f"return one of it: {made.__name__}(self.label, …)"
+        return refused(f"configure() returned {said} instead of a handler", type(configurer).configure, cure)
     unnamed = next(
         (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
     )
     if unnamed is not None:
         how = f"call super().__init__(label) with a text in {unnamed.__name__}.__init__"
-        return refused(f"its handler has no label: {how}{standing_at(unnamed)}")
+        return refused("its handler has no label", unnamed, how)
     bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
     if bad:
-        return refused(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+        cause = f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}"
+        return refused(
+            cause, type(configurer).configure, "begin them with a letter or digit; letters, digits and _.:/- may follow"
+        )
     try:
         for handler in handlers:
             check_made(handler)
     except MosaicError as wrong:
-        return refused(wrong.message)
+        problems.append(broken_by(one, wrong))
+        return ()
     return handlers
 
 
@@ -232,7 +240,8 @@ def _twins(connector: Connector, one: CheckedConnector) -> Problem:
     labels = [handler.label for handler in connector.handlers]
     label = next(label for label in labels if labels.count(label) > 1)
     kinds = [type(handler) for handler in connector.handlers if handler.label == label]
-    places = " and ".join(f"{kind.__name__}{standing_at(kind)}" for kind in kinds)
+    places = " and ".join(f"{kind.__name__}{standing_at(kind)}" for kind in dict.fromkeys(kinds))
     whose = f"connector '{one.config.label}' of {one.installed.source}"
     cure = 'give each a label of its own, such as f"{self.label}_state"'
-    return one.broken(f"{whose} makes two handlers of one label '{label}': {places}", cure=cure)
+    at = code_of(one.configurer.configure)
+    return one.broken(f"{whose} makes two handlers of one label '{label}': {places}", cure=cure, at=at)

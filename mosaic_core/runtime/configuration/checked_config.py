@@ -10,7 +10,7 @@ from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.resolver import InstalledConnector
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
-from mosaic_core.words.errors import Problem
+from mosaic_core.words.errors import NOWHERE, CodeLine, Problem
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class CheckedConnector:
         """A problem of this connector, at ``key`` where one is named; see :meth:`YamlDocument.problem`."""
         return self.document.problem((*self.place, *key), message, code=code, cure=cure, guess=guess)
 
-    def broken(self, message: str, *, cure: str = "") -> Problem:
-        """What its author did wrong, not who wrote the file."""
-        return self.problem(message, code="config.broken_plugin", cure=cure)
+    def broken(self, message: str, *, cure: str = "", at: CodeLine = NOWHERE) -> Problem:
+        """What its author did wrong, not who wrote the file; ``at``: where."""
+        return self.document.problem(self.place, message, code="config.broken_plugin", cure=cure, at=at)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,9 +17,9 @@ from mosaic_core.runtime.configuration.config_hints import hints_of
 from mosaic_core.runtime.configuration.config_problems import known_keys, sound_part, validated
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
-from mosaic_core.runtime.threads.code_places import explained_error
+from mosaic_core.runtime.threads.code_places import explained_error, raised_at
 from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig
-from mosaic_core.words.errors import ConfigError, MosaicError, Problem
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem, by_line
 
 
 def load_config(
@@ -77,7 +77,7 @@ def validate_document(document: YamlDocument, resolver: ConnectorResolver | None
     checker = _Checker(document, resolver or ConnectorResolver())
     config = checker.structure()
     connectors = checker.connectors(config)
-    problems = tuple(sorted([*document.problems, *checker.problems], key=lambda one: one.line or 0))
+    problems = by_line((*document.problems, *checker.problems))
     checked, hints = None, tuple[Problem, ...]()
     if config is not None:
         hints = hints_of(config, connectors, document)
@@ -144,8 +144,9 @@ class _Checker:
         except MosaicError as error:
             if self._is_told(error.__cause__):
                 return None
-            where = (*place, "type")
-            self.problems.append(self._document.problem(where, error.message, code=error.code, guess=error.cure))
+            where = place if error.at[0] else (*place, "type")
+            problem = self._document.problem(where, error.message, code=error.code, guess=error.cure, at=error.at)
+            self.problems.append(problem)
             return None
         try:
             params = self._part(configurer.params_model, raw, (*place, "params"))
@@ -154,7 +155,7 @@ class _Checker:
                 safety = sound_part(configurer.safety_model, raw["safety"], self._document, (*place, "safety"))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's validators may fail in any way
             message = f"connector type '{kind}' of {installed.source} can't check this: {explained_error(error)}"
-            self.problems.append(self._document.problem(place, message, code="config.broken_plugin"))
+            self.problems.append(self._broken(place, message, error))
             return None
         if config is None:
             # The robot's own part has a mistake or depends on what only the robot knows; this connector may be fine.
@@ -179,9 +180,12 @@ class _Checker:
             value, problems = validated(model, data or {}, self._document, place)
         except Exception as error:  # noqa: BLE001 - a plugin's validator may fail in any way
             message = f"'{key}' of '{raw['type']}' can't be checked: {explained_error(error)}"
-            value, problems = None, [self._document.problem(place, message, code="config.broken_plugin")]
+            value, problems = None, [self._broken(place, message, error)]
         self.problems += problems
         return value
+
+    def _broken(self, place: Place, message: str, error: BaseException) -> Problem:
+        return self._document.problem(place, message, code="config.broken_plugin", at=raised_at(error))
 
     def _where_it_belongs(self, place: Place) -> str:
         """Old files put a connector's params beside its label, and the token beside the robot's id."""

@@ -13,7 +13,7 @@ from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
 from mosaic_core.contract.declared.nested_models import models_at
 from mosaic_core.runtime.configuration.mistakes.choices import real_place, told_once
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
-from mosaic_core.words.errors import Problem, guess
+from mosaic_core.words.errors import Problem, guess, nearest
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -47,7 +47,7 @@ def validated(
         except ValidationError as error:
             mistakes = error.errors(include_url=False)
     problems = []
-    for mistake, word in told_once(mistakes, document, base):
+    for mistake, word in told_once(_without_misspelt(mistakes, model), document, base):
         place = real_place(mistake["loc"], document, base)
         if any(place[:length] in document.unknown for length in range(len(place) + 1)):
             continue
@@ -57,6 +57,13 @@ def validated(
         else:
             problems.append(_problem(mistake, place, model, document, word))
     return None, problems
+
+
+def _without_misspelt(mistakes: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
+    """Without what is only missing because its key is misspelt: that key is told, with the one that was meant."""
+    unknown = [one["loc"] for one in mistakes if one["type"] == "extra_forbidden"]
+    meant = {(*loc[:-1], nearest(str(loc[-1]), known_keys(model, loc[:-1]))) for loc in unknown}
+    return [one for one in mistakes if one["type"] != "missing" or one["loc"] not in meant]
 
 
 def sound_part(model: type[M], data: Any, document: YamlDocument, base: Place) -> M | None:
@@ -112,9 +119,18 @@ def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], docume
     if mistake["type"] == "missing":
         return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
     message, meant = expectation(mistake, str(place[-1]) if place else "", word)
-    cure = _description(model, loc) if mistake["type"] == "literal_error" else ""
+    cure = _description(model, loc) if mistake["type"] == "literal_error" else _form(mistake)
     got = "" if mistake["type"] in EXPLAINED else _shown(mistake["input"], place, document)
     return document.problem(place, message + got + _empty_references(place, document), cure=cure, guess=meant)
+
+
+def _form(mistake: ErrorDetails) -> str:
+    """How YAML writes what was expected, where a list and a mapping were taken for each other."""
+    is_list_wanted = mistake["type"] in ("list_type", "tuple_type", "set_type", "frozen_set_type")
+    if is_list_wanted and isinstance(mistake["input"], dict):
+        return "begin each entry with `- `"
+    is_mapping_wanted = mistake["type"] in ("dict_type", "model_type", "model_attributes_type")
+    return "write its keys without `- `" if is_mapping_wanted and isinstance(mistake["input"], list) else ""
 
 
 def _empty_references(place: Place, document: YamlDocument) -> str:

@@ -15,6 +15,7 @@ from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.mistakes.choices import real_place
+from mosaic_core.runtime.threads.code_places import code_of
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import MosaicError, Problem, guess
@@ -33,7 +34,8 @@ def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
             yield one.problem(f"connector '{one.config.label}': {message}", "delivery", key, cure=cure)
         else:
             whose = f"connector '{one.config.label}' of {one.installed.source}"
-            yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure)
+            at = code_of(type(concerned[0]))
+            yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure, at=at)
 
 
 _BODIES: tuple[tuple[type[Handler], str, str], ...] = (
@@ -49,9 +51,8 @@ def body_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Itera
         if base is not None and getattr(type(handler), name) is getattr(base, name):
             message = f"connector '{one.config.label}' of {one.installed.source} takes messages of operators"
             kind = type(handler).__name__
-            yield one.broken(
-                f"{message}, and {kind} has no {name}: nothing reads them", cure=f"write {words} in {kind}"
-            )
+            message = f"{message}, and {kind} has no {name}: nothing reads them"
+            yield one.broken(message, cure=f"write {words} in {kind}", at=code_of(type(handler)))
 
 
 def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import logging
+import re
 import sys
 import zlib
 from collections.abc import Iterator
@@ -19,10 +20,13 @@ from traceback import extract_tb
 from types import ModuleType
 
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
-from mosaic_core.words.errors import MosaicError, Problem, nearest
+from mosaic_core.words.errors import CodeLine, MosaicError, Problem, nearest
 
 FOLDER = "connectors"
 _CONFIGURERS = {"Configurer", "DataChannelConfigurer", "MediaTrackConfigurer"}
+
+_TYPE = re.compile(r"""^[ \t]+connector_type\s*(?::[^=\n]*)?=\s*["']([^"'\n]+)["']""", re.MULTILINE)
+"""In a file that can't be parsed."""
 
 logger = logging.getLogger(__name__)
 
@@ -35,6 +39,8 @@ class LocalConnector:
     file: Path
     line: int
     class_name: str
+    unreadable: Problem | None = None
+    """Why its file can't be parsed, where it can't: nobody knows its class then."""
 
     @property
     def source(self) -> str:
@@ -44,7 +50,8 @@ class LocalConnector:
     @property
     def entry_point(self) -> EntryPoint:
         """What :meth:`prepare` makes loadable."""
-        return EntryPoint(self.type, f"{self._module}:{self.class_name}", "mosaic.connectors")
+        value = f"{self._module}:{self.class_name}" if self.class_name else self._module
+        return EntryPoint(self.type, value, "mosaic.connectors")
 
     def prepare(self) -> None:
         """Let the file be imported, and say once in the log that its code runs."""
@@ -55,24 +62,27 @@ class LocalConnector:
         if self._module not in sys.modules:
             logger.warning("runs code of %s", self.file)
 
-    def explained(self, error: BaseException) -> str:
-        """Why the file could not be imported, with the line of the folder where it happened."""
+    def explained(self, error: BaseException) -> tuple[str, str | None, CodeLine]:
+        """Why the file could not be imported, with the line of the folder where it happened; the cure if the author of
+        the error knows one; and that line."""
         # Only now: a list of connectors explains no error, and needs no pydantic.
         from mosaic_core.runtime.threads.error_words import said_by
 
-        if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
-            return error.message  # which begins with the place
+        if isinstance(error, MosaicError) and error.code == "config.broken_plugin":  # whose message begins with it
+            return error.message.removesuffix(error.cure).rstrip(), error.cure, error.at
         frames = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).parent == self.file.parent]
         name, line = (frames[-1].filename, frames[-1].lineno) if frames else (str(self.file), None)
         if isinstance(error, SyntaxError):
             name, line = error.filename or name, error.lineno
         place = ":".join(str(part) for part in (name, line) if part is not None)
-        return f"{place}: {said_by(error)}{self._sibling_meant_by(error)}"
-
-    def _sibling_meant_by(self, error: BaseException) -> str:
         missing = error.name if isinstance(error, ModuleNotFoundError) else None
-        is_sibling = missing is not None and self.file.with_name(f"{missing}.py").is_file()
-        return f"; for the file beside it write `from .{missing} import …`" if is_sibling else ""
+        return f"{place}: {said_by(error)}", self._cure_of(missing) if missing else None, (name, line)
+
+    def _cure_of(self, missing: str) -> str:
+        """What to do about a module that is not there."""
+        if self.file.with_name(f"{missing}.py").is_file():
+            return f"for the file beside it write `from .{missing} import …`"
+        return f"install what has the module {missing}, or correct its name"
 
     @property
     def _package(self) -> str:
@@ -112,12 +122,19 @@ def connectors_in(*files: Path) -> LocalConnectors:
 
 
 def _found_in(file: Path) -> Iterator[LocalConnector | Problem]:
+    text = ""
     try:
-        tree = ast.parse(file.read_text("utf-8"), str(file))
+        text = file.read_text("utf-8")
+        tree = ast.parse(text, str(file))
     except (OSError, SyntaxError, ValueError) as error:
         line = error.lineno if isinstance(error, SyntaxError) else None
         cause = error.msg if isinstance(error, SyntaxError) else str(error)
-        yield _problem(file, line, f"{type(error).__name__}: {cause}", "its connectors are left out")
+        unreadable = _problem(
+            file, line, f"{type(error).__name__}: {cause}", "mend it; until then its connectors are left out"
+        )
+        yield unreadable
+        for found in _TYPE.finditer(text):
+            yield LocalConnector(found[1], file, text.count("\n", 0, found.start(1)) + 1, "", unreadable)
         return
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
     inherited = {_name(base) for node in classes for base in node.bases}

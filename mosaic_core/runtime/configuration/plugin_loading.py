@@ -12,10 +12,10 @@ from typing import Any
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
-from mosaic_core.runtime.threads.code_places import explained_error, place_of, standing_at
+from mosaic_core.runtime.threads.code_places import code_of, explained_error, is_own, place_of, raised_at, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import PluginError, guess
+from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError, PluginError, guess
 
 
 def load_configurer(
@@ -25,11 +25,18 @@ def load_configurer(
     cause is the error of the import. ``local``: where it stands, if it is not installed. ``failed_imports``: modules
     that were tried for another type of theirs; their code is not run once more."""
 
-    def broken(cause: str, cure: str | None = None) -> PluginError:
+    def broken(cause: str, cure: str | None = None, at: CodeLine = NOWHERE) -> PluginError:
         message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
         code = "config.broken_plugin" if local is None else "config.broken_local"
-        return PluginError(message, distribution=source, code=code, cure=cure)
+        if cure is None and is_own(at[0]):
+            cure = "Mend the file that it names."  # whoever writes it has nothing to update
+        return PluginError(message, distribution=source, code=code, cure=cure, at=at)
 
+    if local is not None and local.unreadable is not None:
+        its = local.unreadable
+        raise broken(f"{its.file}:{its.line}: {its.message}", at=(its.file, its.line))
+    if not entry_point.pattern.match(entry_point.value):  # nothing more can be asked of it
+        raise broken(f"its entry point is '{entry_point.value}', which is no module:Class", _written_again(entry_point))
     error = failed_imports.get(entry_point.module)
     if error is None:
         try:  # an import may fail in any way, even by sys.exit()
@@ -43,56 +50,74 @@ def load_configurer(
                 failed_imports[entry_point.module] = error
     if error is not None:
         if local is not None:
-            raise broken(local.explained(error)) from error
-        raise broken(*(missing_part(entry_point, error) or (explained_error(error),))) from error
+            raise broken(*local.explained(error)) from error
+        raise broken(*(missing_part(entry_point, error) or _explained(error))) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
-        at = standing_at(loaded) if local is None else ""
-        raise broken(f"{named} is not a Configurer class{at}", _configurer_meant(entry_point))
+        place = standing_at(loaded) if local is None else ""
+        raise broken(f"{named} is not a Configurer class{place}", _configurer_meant(entry_point), code_of(loaded))
     _check(loaded, entry_point, broken)
     return loaded
 
 
-def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Callable[..., PluginError]) -> None:
-    at = standing_at(loaded)
+def _explained(error: BaseException) -> tuple[str, str | None, CodeLine]:
+    """What an import raised: the cause, the cure if the author of the error knows one, and where."""
+    cure = error.cure if isinstance(error, MosaicError) else None
+    return explained_error(error).removesuffix(cure or "").rstrip(), cure, raised_at(error)
+
+
+def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, make_error: Callable[..., PluginError]) -> None:
+    """Raises what ``make_error`` makes of a class that does not keep the contract."""
+
+    def broken(cause: str, cure: str | None = None) -> PluginError:
+        return make_error(f"{cause}{standing_at(loaded)}", cure, code_of(loaded))
+
     version = api_version(loaded)
     if version != API_VERSION:
-        raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}{at}")
+        raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}")
     if not loaded.connector_type and entry_point.dist is not None:
         cure = f'write connector_type = "{entry_point.name}" in {loaded.__name__}, as its entry point is called'
-        raise broken(f"{loaded.__name__} has no connector_type{at}", cure)
+        raise broken(f"{loaded.__name__} has no connector_type", cure)
     if loaded.connector_type != entry_point.name:
         cure = f'name both alike: connector_type = "{entry_point.name}", or the entry point'
-        raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure}){at}")
+        raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure})")
     missing = sorted(getattr(loaded, "__abstractmethods__", ()))
     if missing:
-        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}{at}")
+        cure = f"write {' and '.join(f'{name}(self)' for name in missing)} in {loaded.__name__}"
+        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}", cure)
     model: object = loaded.params_model
     if not (isinstance(model, type) and issubclass(model, Params)):
-        raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params{at}")
+        raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params")
     safety: object = loaded.safety_model
     if not (isinstance(safety, type) and issubclass(safety, SafetyConfig)):
-        raise broken(f"the safety_model of {loaded.__name__} is {safety!r}, no subclass of SafetyConfig{at}")
+        raise broken(f"the safety_model of {loaded.__name__} is {safety!r}, no subclass of SafetyConfig")
     for name in ("example", "trial"):
         if not isinstance(getattr(loaded, name), dict | None):
-            raise broken(f"the {name} of {loaded.__name__} is no mapping of params{at}")
+            raise broken(f"the {name} of {loaded.__name__} is no mapping of params")
 
 
-def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str] | None:
-    """What of an entry point's module and class is not there, and the cure; ``None`` if both are."""
-    written = f'{entry_point.name} = "{entry_point.value}"'
-    again = f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
+def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, str, CodeLine] | None:
+    """What of an entry point's module and class is not there, the cure, and the line that asks for it; ``None`` if both
+    are."""
+    again = _written_again(entry_point)
     if isinstance(error, ModuleNotFoundError) and error.name:
         if f"{entry_point.module}.".startswith(f"{error.name}."):
             cure = guess(entry_point.module, _modules_beside(entry_point.module))
-            return f"its entry point names the module '{error.name}', which is not installed", _both(cure, again)
+            message = f"its entry point names the module '{error.name}', which is not installed"
+            return message, _both(cure, again), NOWHERE
         message = f"its module {entry_point.module} needs '{error.name}', which is not installed{_at(error)}"
-        return message, f"install {error.name}, and name it among the dependencies of the distribution"
+        cure = f"install {error.name}, and name it among the dependencies of the distribution"
+        return message, cure, raised_at(error)
     module, (name, *_) = sys.modules.get(entry_point.module), entry_point.attr.split(".")
     if isinstance(error, AttributeError) and module is not None and not hasattr(module, name):
         message = f"its entry point names '{name}', which the module {entry_point.module} does not have"
-        return f"{message} ({module.__file__})", _both(_configurer_meant(entry_point), again)
+        return f"{message} ({module.__file__})", _both(_configurer_meant(entry_point), again), NOWHERE
     return None
+
+
+def _written_again(entry_point: EntryPoint) -> str:
+    written = f'{entry_point.name} = "{entry_point.value}"'
+    return f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
 
 
 def _configurer_meant(entry_point: EntryPoint) -> str:

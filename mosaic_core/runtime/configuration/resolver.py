@@ -6,6 +6,7 @@ imported when a configuration uses it, and only then can it be broken.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -115,13 +116,20 @@ class ConnectorResolver:
     def _cure(self, connector_type: str) -> str:
         guess = nearest(connector_type, self._by_type)
         meant = f"did you mean '{guess}'? " if guess else ""
-        if self.local.problems:
-            told = "; ".join(str(one) for one in self.local.problems[:MANY_PROBLEMS])
+        readable = {str(one.unreadable.file) for one in self.local.connectors if one.unreadable is not None}
+        doubtful = [one for one in self.local.problems if one.file not in readable]  # nobody knows their types
+        if doubtful:
+            told = "; ".join(str(one) for one in doubtful[:MANY_PROBLEMS])
             return f"{meant}If '{connector_type}' is of a file beside the configuration, mend it: {told}"
         if len(self._by_type) > MANY_TYPES:
             every = f"`mosaic connectors list` shows all {len(self._by_type)}"
-            return f"{meant}{every}; a plugin of your own is among them once it is installed: pip install -e FOLDER"
+            return f"{meant}{every}; one of your own is among them {self._where_own_ones_belong()}"
         return f"{meant}Installed: {', '.join(sorted(self._by_type)) or 'none'}"
+
+    def _where_own_ones_belong(self) -> str:
+        if self.local.connectors:
+            return "once it stands in the folder connectors/, as connector_type of a class"
+        return "once it stands in the folder connectors/ beside the YAML file, or is installed: pip install -e FOLDER"
 
 
 Identity: TypeAlias = tuple[str | None, str | None]
@@ -130,7 +138,7 @@ Identity: TypeAlias = tuple[str | None, str | None]
 
 def _installed(entry_point: EntryPoint, identity: Callable[[Distribution], Identity]) -> InstalledConnector:
     name, version = identity(entry_point.dist) if entry_point.dist else (None, None)
-    module = entry_point.module.partition(".")[0]
+    module = re.split("[.:]", entry_point.value)[0].strip()  # its own parts are not there where its words are none
     return InstalledConnector(entry_point.name, name or module, version or "", entry_point)
 
 

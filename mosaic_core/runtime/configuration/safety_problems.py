@@ -10,7 +10,6 @@ from typing import Any
 from mosaic_core.contract.field_kinds import kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
-from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.commands.number_list import EVERY
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -21,10 +20,9 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     kind_for,
     resource_of,
     takes_field,
-    timeout_of,
     with_those_of_all,
 )
-from mosaic_core.runtime.threads.code_places import standing_at
+from mosaic_core.runtime.threads.code_places import code_of
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import Problem, guess
 from mosaic_core.words.limits import FieldLimit, ImpossibleLimit, MotionKind, clashes
@@ -53,10 +51,10 @@ def _idle_resource(one: CheckedConnector, found: list[DataChannelReceivable[Any]
     for handler in found:
         if _names_idle_resource(safety, handler):
             kind = type(handler)
-            whose = f"connector '{one.config.label}' of {one.installed.source}: {kind.__name__}{standing_at(kind)}"
+            whose = f"connector '{one.config.label}' of {one.installed.source}: {kind.__name__}"
             cure = f"write requires_lease = True in {kind.__name__}, or remove its resource"
             message = f"{whose} needs no lease, so that its resource '{handler.resource}' guards nothing"
-            yield one.broken(message, cure=cure)
+            yield one.broken(message, cure=cure, at=code_of(kind))
 
 
 def _names_idle_resource(safety: SafetyConfig, handler: DataChannelReceivable[Any]) -> bool:
@@ -113,18 +111,31 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
         own = kind_for(handler, one.safety, field)
         if own is not None and bounds.kind not in (None, own):
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
-            yield field, _limit_problem(one, message, field, "kind", cure="remove `kind`")
+            yield field, _limit_problem(one, handler, message, field, "kind", cure="remove `kind`")
             bounds = bounds.model_copy(update={"kind": None})
         kind = own or kind_of(field, bounds, fields, handler.motion_fields, handler.position_fields)
         wrongs, limit = _sound_limit(field, bounds, kind)
         for wrong in wrongs:
             bad.add(field)
-            keys = (wrong.key,) if wrong.key else ()
-            yield field, _limit_problem(one, f"connector '{label}': {wrong}", field, *keys, cure=wrong.cure)
+            key, cure = _half_of_the_class(one, handler, field, bounds, wrong) or (wrong.key, wrong.cure)
+            keys = (key,) if key else ()
+            yield field, _limit_problem(one, handler, f"connector '{label}': {wrong}", field, *keys, cure=cure)
         found += [limit] if limit is not None else []
     for field, message in clashes((*one.safety.field_limits(), *found)):
         cure = "write limits that can be kept together"
-        yield field, _limit_problem(one, f"connector '{label}': {message}", field, cure=cure)
+        yield field, _limit_problem(one, handler, f"connector '{label}': {message}", field, cure=cure)
+
+
+def _half_of_the_class(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], field: str, bounds: FieldBounds, wrong: ImpossibleLimit
+) -> tuple[str, str] | None:
+    """Key and cure where the file bounds one side alone, beyond what its class says of the other: nothing to swap."""
+    said = one.safety.limits.get(field)
+    if said is None or not wrong.is_order or (said.min is None) == (said.max is None):
+        return None
+    key, other, word = ("min", "max", "most") if said.max is None else ("max", "min", "least")
+    kind, bound = type(handler).__name__, getattr(bounds, other)
+    return key, f"{other} {bound:g} is of {kind}: write a {key} of at {word} {bound:g}, or a {other} of your own"
 
 
 def _sound_limit(field: str, bounds: FieldBounds, kind: MotionKind) -> tuple[list[ImpossibleLimit], FieldLimit | None]:
@@ -142,11 +153,13 @@ def _sound_limit(field: str, bounds: FieldBounds, kind: MotionKind) -> tuple[lis
             return wrongs, None if wrongs else limit
 
 
-def _limit_problem(one: CheckedConnector, message: str, field: str, *key: str, cure: str) -> Problem:
+def _limit_problem(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], message: str, field: str, *key: str, cure: str
+) -> Problem:
     """At the limit of the file, else whose class has it."""
     if field in one.safety.limits:
         return one.problem(message, "safety", "limits", field, *key, cure=cure)
-    return one.broken(message, cure=cure)
+    return one.broken(message, cure=cure, at=code_of(type(handler)))
 
 
 def _zero_problems(one: CheckedConnector, effective: ReceiverSafety, *, has_fields: bool) -> Iterator[Problem]:
@@ -170,13 +183,14 @@ def _rate_problems(
     if reports_position(handler):
         yield from _unasked_reports(one, handler, effective)
         return
-    for limit in effective.limits:
-        if limit.max_rate_per_s is None:
-            continue
-        name = " and ".join(limit.fields)
-        message = f"connector '{one.config.label}' does not report where '{name}' is, so a rate can't begin anywhere"
-        cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
-        yield _limit_problem(one, message, name, "max_rate_per_s", cure=cure)
+    fields = [" and ".join(limit.fields) for limit in effective.limits if limit.max_rate_per_s is not None]
+    if not fields:
+        return
+    names, are = " and ".join(map(repr, fields)), "is" if len(fields) == 1 else "are"
+    message = f"connector '{one.config.label}' does not report where {names} {are}, so a rate can't begin anywhere"
+    cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
+    named = next((field for field in fields if field in one.safety.limits), fields[0])
+    yield _limit_problem(one, handler, message, named, "max_rate_per_s", cure=cure)
 
 
 def _unasked_reports(
@@ -196,7 +210,7 @@ def _unasked_reports(
         )
         kind = type(handler).__name__
         cure = f"write `kind: position` and max_rate_per_s, name it in position_fields of {kind}, or drop its report"
-        yield _limit_problem(one, message, name, cure=cure)
+        yield _limit_problem(one, handler, message, name, cure=cure)
 
 
 def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], fields: set[str]) -> Iterator[Problem]:
@@ -211,65 +225,5 @@ def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], 
     for field in sorted(field for field in fields - twice if not known.has(field)):
         cure = guess(field, known.names, f"they have: {', '.join(known.names)}")
         message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
-        yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
-
-
-def says_motion(kind: type[DataChannelReceivable[Any]]) -> bool:
-    """Whether its author names ``motion_fields``; ``()`` says that it moves nothing."""
-    return any("motion_fields" in vars(base) for base in kind.__mro__ if base is not DataChannelReceivable)
-
-
-def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
-    """What the framework can't do for a receiver that says it moves something: stop it, or slow it down."""
-    safety = one.safety
-    for handler in receivers(handlers):
-        yield from _unstopped(one, handler)
-        message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
-        is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
-        own_limits = handler.limits or safety.limits or safety.field_limits()
-        has_fields = says_motion(type(handler)) or handler.position_fields or own_limits
-        if not is_mover or has_fields:
-            continue
-        if moving := getattr(message_type, "motion_kinds", None):
-            message = (
-                f"connector '{one.config.label}' moves by '{next(iter(moving))}', velocities in a list, which nothing "
-                "can limit"
-            )
-            cure = "bound and slow it down in its own code; a stop still stops it"
-            yield one.problem(message, "safety", cure=cure)
-            continue
-        message = (
-            f"nothing says which numbers move connector '{one.config.label}': a bad link does not slow it down, and "
-            "after a stop was cleared no zero lets it go on, only silence"
-        )
-        cure = "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
-        if message_type in (str, bytes):
-            cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
-        yield one.problem(message, "safety", cure=cure)
-
-
-def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
-    """It moves something, and does not notice silence or has nothing that stops it then."""
-    kind, safety = type(handler), one.safety
-    resource, fields = resource_of(safety, handler), (*handler.motion_fields, *handler.position_fields)
-    has_timeout = timeout_of(safety, handler) is not None
-    has_action = kind.make_safe is not DataChannelReceivable.make_safe
-    is_bounded = isinstance(handler, RequestHandler) or (safety.on_loss or safety.on_timeout) != "callback"
-    if is_bounded or (not fields and (resource is None or says_motion(kind) or has_timeout or has_action)):
-        return
-    if has_timeout and has_action:
-        return
-    why = f"by {' and '.join(map(repr, fields))}" if fields else f"under the lease '{resource}'"
-    missing, consequence = _LACKING[has_timeout, has_action]
-    message = f"connector '{one.config.label}' moves {why}, and {consequence}"
-    rest = "position_fields" if handler.position_fields else "motion_fields"
-    cure = f"write {missing} in {kind.__name__}{standing_at(kind)}, or {rest} = () if it moves nothing"
-    yield one.problem(message, "safety", cure=cure)
-
-
-_LACKING = {
-    (False, False): ("both", "nothing stops it: neither timeout_s nor make_safe"),
-    (True, False): ("make_safe", "nothing stops it: without make_safe nothing happens after timeout_s"),
-    (False, True): ("timeout_s", "nobody notices silence: it has make_safe, and no timeout_s"),
-}
-"""By whether it has a time-out and a safe action: what is missing, and what follows."""
+        message = f"{message}, a number that its messages don't have: nothing would limit it"
+        yield one.broken(message, cure=cure, at=code_of(type(handler)))

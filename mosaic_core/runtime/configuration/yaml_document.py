@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from mosaic_core.runtime.configuration.config_env import MASK_CHARACTERS, filled, masked, unmasked
-from mosaic_core.words.errors import ConfigError, Problem, guess
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, Problem, guess, without_place
 
 Place: TypeAlias = tuple[str | int, ...]
 """Where a value stands: ``("connectors", 2, "params", "fps")``."""
@@ -69,19 +69,26 @@ class YamlDocument:
         return True
 
     def problem(
-        self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "", guess: str = ""
+        self,
+        place: Place,
+        message: str,
+        *,
+        code: str = "config.invalid",
+        cure: str = "",
+        guess: str = "",
+        at: CodeLine = NOWHERE,
     ) -> Problem:
         """A problem at ``place``, or with the line of the nearest thing around it that the file has. ``guess``: a
-        better cure made of the value there, told only if nothing of it came from the environment or a file."""
+        better cure made of the value there, told only if nothing of it came from the environment or a file. ``at``: the
+        code whose mistake it is, where it is none of the file."""
         if guess and not any(one[: len(place)] == place for one in self.secret):
             cure = guess
         around = place
         while around and around not in self.lines:
             around = around[:-1]
-        line = self.lines.get(around)
-        return Problem(
-            self._without_secrets(message), code, self.file, line, spelled(place), self._without_secrets(cure)
-        )
+        file, line = at if at[0] else (self.file, self.lines.get(around))
+        said = self._without_secrets(without_place(message, at))
+        return Problem(said, code, file, line, spelled(place), self._without_secrets(cure))
 
     def _without_secrets(self, sentence: str) -> str:
         for place, written in self.secret.items():

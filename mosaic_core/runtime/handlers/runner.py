@@ -6,12 +6,15 @@ A handler never has two bodies at once. Stop wakes a waiting body; its generator
 
 from __future__ import annotations
 
+import logging
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
 
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.threads.failures import Failures
+
+logger = logging.getLogger(__name__)
 
 Body = Callable[[], Any]
 Consume = Callable[[Any], object]
@@ -29,6 +32,7 @@ class Runner(ABC):
         self._has_ended = False
         self._is_closed = False
         self._is_running = False
+        self._is_end_told = False
 
     @property
     def state(self) -> str:
@@ -41,6 +45,18 @@ class Runner(ABC):
         if self._is_running:
             return "running"
         return "ended" if self._has_ended else "waiting"
+
+    def _ended(self) -> None:
+        """Its data is over, though nobody stopped it: said once."""
+        self._has_ended = True
+        if not self._is_end_told:
+            self._is_end_told = True
+            code, handler = getattr(self._body, "__code__", None), getattr(self._body, "__self__", None)
+            place = f" ({code.co_filename}:{code.co_firstlineno})" if code is not None else ""
+            again = "somebody opens it anew" if getattr(handler, "runs", "") == "watched" else "the robot starts anew"
+            body = getattr(self._body, "__qualname__", "its body")
+            text = "connector %r: %s%s has ended without an error, and sends nothing more until %s"
+            logger.info(text, self._label, body, place, again, extra={"label": self._label})
 
     @abstractmethod
     def start(self) -> None: ...

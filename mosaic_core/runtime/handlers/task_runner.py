@@ -70,8 +70,8 @@ class TaskRunner(Runner):
             delay_s = await self._run_once()
             self._is_running = False
             if delay_s is None:
-                self._has_ended = not self._host.is_stopping
-                if self._has_ended:
+                if not self._host.is_stopping:
+                    self._ended()
                     self._wish.clear()
             else:
                 await self._host.wait_async(delay_s)

@@ -77,7 +77,8 @@ class ThreadRunner(Runner):
                 self._changed.wait_for(lambda: self._is_closed or not self._is_wanted, delay_s)
         else:
             with self._changed:
-                self._has_ended = not self._host.is_stopping
+                if not self._host.is_stopping:
+                    self._ended()
 
     def _iterate(self) -> None:
         stream = items_of(self._body)

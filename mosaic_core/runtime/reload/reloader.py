@@ -21,7 +21,7 @@ from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.reload.own_modules import ForgottenModules, own_modules, touched_by
 from mosaic_core.runtime.reload.source_watch import SourceWatch
 from mosaic_core.runtime.reload.unforeseen import as_mistake, on_a_thread
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError, Problem, untold
 
 logger = logging.getLogger(__name__)
 
@@ -151,8 +151,8 @@ class Reloader:
         try:
             checked = load_config(self._path, resolver=resolver)
         except ConfigError as error:  # what is missing now may be what a broken file offers
-            broken = resolver.local.problems
-            raise ConfigError([*broken, *without_echoes(error.problems, broken, self.checked)]) from None
+            told = tuple(without_echoes(error.problems, resolver.local.problems, self.checked))
+            raise ConfigError([*untold(resolver.local.problems, told), *told]) from None
         for problem in resolver.local.problems:  # of a file that nobody uses
             logger.warning("%s", problem)
         old = {one.config.label: one for one in self.checked.connectors}
@@ -175,15 +175,13 @@ class Reloader:
 
 
 def without_echoes(problems: Sequence[Problem], broken: Sequence[Problem], before: CheckedConfig) -> Iterator[Problem]:
-    """Those of ``problems`` that are no mere consequence of ``broken`` files, whose own mistakes are told already: a
-    type that such a file offered ``before``, and a file that imports it."""
+    """Those of ``problems`` that are no mere consequence of ``broken`` files, whose own mistakes are told as well: a
+    type that such a file offered ``before``."""
     files = {one.file for one in broken}
     gone = {one.config.type for one in before.connectors if (local := one.installed.local) and str(local.file) in files}
     echoes = {f"no connector type '{one}'" for one in gone}
-    places = [f"{one.file}:{one.line}:" for one in broken if one.line is not None]
     for one in problems:
-        is_import = one.code == "config.broken_local" and any(place in one.message for place in places)
-        if not is_import and not (one.code == "config.unknown_type" and one.message in echoes):
+        if not (one.code == "config.unknown_type" and one.message in echoes):
             yield one
 
 

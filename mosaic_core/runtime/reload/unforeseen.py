@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from mosaic_core.runtime.threads.code_places import raised_at
+from mosaic_core.runtime.threads.error_words import said_by
 from mosaic_core.words.errors import ConfigError, Problem
 
 T = TypeVar("T")
@@ -30,6 +31,6 @@ def as_mistake(error: BaseException, what: str = "nobody foresaw that this is ra
     if isinstance(error, ConfigError):
         return error
     file, line = raised_at(error)
-    message = f"{what}: {type(error).__name__}: {error}"
+    message = f"{what}: {said_by(error)}"
     cure = "mend the line that it names; the next save tries again"
     return ConfigError([Problem(message, "config.broken_plugin", file=file, line=line, cure=cure)])

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
-from mosaic_core.runtime.threads.error_words import said_by
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.runtime.threads.error_words import said_by, words_of
+from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
 
 _CORE = f"{Path(__file__).parents[2]}{os.sep}"
 _STANDARD = f"{Path(os.__file__).parent}{os.sep}"
@@ -22,7 +22,7 @@ def explained_error(error: BaseException) -> str:
     if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
         return error.message  # which begins with the place
     place = place_of(error)
-    return said_by(error) + (f" ({place})" if place and place not in str(error) else "")
+    return said_by(error) + (f" ({place})" if place and place not in words_of(error) else "")
 
 
 def place_of(error: BaseException) -> str:
@@ -30,22 +30,30 @@ def place_of(error: BaseException) -> str:
     return ":".join(str(part) for part in raised_at(error) if part)
 
 
-def raised_at(error: BaseException) -> tuple[str, int | None]:
-    """File and line of a plugin's code where it was raised; an empty name where there is none."""
+def raised_at(error: BaseException) -> CodeLine:
+    """The plugin's code that it speaks of, or where it was raised."""
+    if isinstance(error, MosaicError) and error.at[0]:
+        return error.at
     if isinstance(error, SyntaxError) and error.filename:
         return error.filename, error.lineno
     place = innermost_own(extract_tb(error.__traceback__))
     return raised_at(error.__cause__) if not place[0] and error.__cause__ is not None else place
 
 
-def innermost_own(frames: Iterable[FrameSummary]) -> tuple[str, int | None]:
+def innermost_own(frames: Iterable[FrameSummary]) -> CodeLine:
     """File and line of the innermost frame that is not the framework's, the import system's, or, where there is
     another one, the standard library's or that of the models of messages and params."""
     others = [frame for frame in frames if not frame.filename.startswith(("<frozen", _CORE))]
     others = [frame for frame in others if "importlib" not in Path(frame.filename).parts]
     own = [frame for frame in others if not _is_standard(frame.filename)]
     inner = next(reversed(own or others), None)
-    return (inner.filename, inner.lineno) if inner is not None else ("", None)
+    return (inner.filename, inner.lineno) if inner is not None else NOWHERE
+
+
+def is_own(file: str) -> bool:
+    """Whether it is code that somebody here writes: what stands in a folder of theirs, also where it is installed in
+    place."""
+    return bool(file) and not file.startswith(_STANDARD) and not _PACKAGES.intersection(Path(file).parts)
 
 
 def _is_standard(file: str) -> bool:
@@ -56,7 +64,13 @@ def _is_standard(file: str) -> bool:
 
 def standing_at(thing: object) -> str:
     """`` (FILE:LINE)`` of a class or function; nothing where its source can't be found."""
+    file, line = code_of(thing)
+    return f" ({file}:{line})" if file else ""
+
+
+def code_of(thing: object) -> CodeLine:
+    """Where a class or function stands."""
     try:
-        return f" ({inspect.getsourcefile(thing)}:{inspect.getsourcelines(thing)[1]})"  # type: ignore[arg-type]
+        return str(inspect.getsourcefile(thing)), inspect.getsourcelines(thing)[1]  # type: ignore[arg-type]
     except (OSError, TypeError):
-        return ""
+        return NOWHERE

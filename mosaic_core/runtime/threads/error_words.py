@@ -21,8 +21,26 @@ MANY_LETTERS = 60
 
 def said_by(error: BaseException) -> str:
     """Kind and words of an error; of an attribute or a name to import that is not there also the nearest that is."""
+    if speechless := _speechless(error):
+        return f"{type(error).__name__}: {speechless}"
     meant = _attribute_meant(error) or import_meant(error)
-    return f"{type(error).__name__}: {_refused_values(error) or error}{meant}"
+    said = (
+        error.msg if isinstance(error, SyntaxError) else _refused_values(error) or error
+    )  # the place is told by itself
+    return f"{type(error).__name__}: {said}{meant}"
+
+
+def words_of(error: BaseException) -> str:
+    """Its own words; what keeps it from speaking where its class can't make them."""
+    return _speechless(error) or str(error)
+
+
+def _speechless(error: BaseException) -> str:
+    try:
+        str(error)
+    except Exception as raised:  # noqa: BLE001 - the code of a plugin, which may fail in any way
+        return f"it can't say what happened, for its __str__ raises {type(raised).__name__}"
+    return ""
 
 
 def _attribute_meant(error: BaseException) -> str:

@@ -11,11 +11,14 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.timing.failure_course import FailureCourse
-from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.runtime.threads.error_words import said_by, words_of
 from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.words.errors import DeviceGone, MosaicError
 
 logger = logging.getLogger(__name__)
+
+_TOLD_IN_FULL = "plugin.wrong_message"
+"""The code of errors that the framework raises with the author's line: the way to it is the framework's alone."""
 
 TellFailed = Callable[[str, BaseException, float], object]
 """``(label, error, restart_in_s)``; called on the handler's thread."""
@@ -25,6 +28,13 @@ def failure_code(error: BaseException) -> str:
     """The ``plugin.*`` code that a plugin gave its error, else the general one."""
     code = error.code if isinstance(error, MosaicError) else ""
     return code if code.startswith("plugin.") else "plugin.failed"
+
+
+def _away(error: BaseException) -> str:
+    """What an author may not know who lets the system's own error pass."""
+    if isinstance(error, DeviceGone) or not isinstance(error, OSError):
+        return ""
+    return "; if its device may be away, raise DeviceGone there: one quiet line, and quick tries"
 
 
 class Failures:
@@ -59,16 +69,16 @@ class Failures:
         """Note one failure; seconds until the restart."""
         is_absence = isinstance(error, DeviceGone)
         place = self._code.place_of(error)
-        reason = str(error) if is_absence else f"{type(error).__name__} at {place}"
+        reason = words_of(error) if is_absence else f"{type(error).__name__} at {place}"
         verdict = self._course.failed(reason, is_absence=is_absence, ran_for_s=ran_for_s, random_unit=random.random())
         self._next_try_at_s = time.monotonic() + verdict.delay_s
         self.last_code = failure_code(error)
-        self.last_error = str(error) if is_absence else said_by(error)
+        self.last_error = words_of(error) if is_absence else said_by(error)
         self.count += 1
         level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
         what = "" if is_absence else f" failed at {place}" if place else " failed"
-        trace = None if is_absence or not verdict.is_news else error
-        told = (self._label, what, self.last_error, self.last_code, verdict.delay_s)
+        trace = None if is_absence or not verdict.is_news or self.last_code == _TOLD_IN_FULL else error
+        told = (self._label, what, self.last_error + _away(error), self.last_code, verdict.delay_s)
         fields = {"label": self._label, "code": self.last_code}
         logger.log(level, "connector %r%s: %s (%s); tries again in %.1f s", *told, extra=fields, exc_info=trace)
         self._tell(self._label, error, verdict.delay_s)

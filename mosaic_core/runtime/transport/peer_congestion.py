@@ -85,6 +85,10 @@ class PeerCongestion:
     def sent(self, size_bytes: int, *, is_key: bool = False) -> None:
         self._budget.sent(size_bytes, time.monotonic(), is_key=is_key)
 
+    def data_left(self, size_bytes: int) -> None:
+        """See :meth:`ConnectionBudget.data_left`."""
+        self._budget.data_left(size_bytes, time.monotonic())
+
     def packet_left(self, number: int, size_bytes: int) -> None:
         self._budget.packet_left(number, size_bytes, time.monotonic())
 

@@ -13,6 +13,8 @@ from mosaic_camera.grabbed import Grabbed, Takes, WantedSource, capture_time_s, 
 from mosaic_camera.source_error import SourceError
 
 NETWORK_TIMEOUT_S = 5.0
+REASON_TIMEOUT_S = 1.0
+"""A camera that was just waited for in vain."""
 _NETWORK_OPTIONS = {"rtsp_transport": "tcp", "analyzeduration": "500000"}
 """TCP, because a packet lost on the way from the camera can't be asked for again by the operator. Half a second (in µs)
 is enough to see what a stream holds."""
@@ -36,6 +38,16 @@ def open_packets(source: str) -> PacketSource | None:
         container.close()
         return None
     return PacketSource(container, stream, is_live=is_network and not stream.duration and not container.duration)
+
+
+def why_not(url: str) -> str:
+    """The reason why nothing comes from there; nothing where it opens by now, or nobody knows. May block for
+    seconds."""
+    try:
+        av.open(url, options=_NETWORK_OPTIONS, timeout=(REASON_TIMEOUT_S, REASON_TIMEOUT_S)).close()
+    except (av.FFmpegError, OSError, ValueError) as error:
+        return getattr(error, "strerror", None) or ""
+    return ""
 
 
 def open_device_packets(path: str, wanted: WantedSource) -> PacketSource | None:

@@ -17,6 +17,7 @@ from urllib.parse import urlsplit
 from mosaic_camera.devices import check_device, found_devices
 from mosaic_camera.grabbed import Grabbed, Takes, WantedSource, capture_time_s, takes_all
 from mosaic_camera.source_error import SourceError
+from mosaic_core.words.errors import nearest
 
 logger = logging.getLogger(__name__)
 
@@ -25,6 +26,10 @@ NETWORK_TIMEOUT_MS = 5000
 FALLBACK_FPS = 30.0
 _CONTAINERS = {".mp4", ".m4v", ".mov", ".mkv", ".ts", ".m2ts", ".flv", ".h264", ".264", ".m3u8"}
 _STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt", "tcp", "udp"}
+_LOGIN = re.compile(r"(?<=://)(?:[^/\s:@]*:(?!\d+/)\S*|[^/\s]*)@")
+"""Up to the last ``@`` before the path, and beyond a slash where a password seems to hold one: what was not escaped is
+nobody's to read, either."""
+_SCHEMES = {*_STREAM_SCHEMES, "http", "https"}
 
 
 class Source(Protocol):
@@ -51,7 +56,7 @@ class Source(Protocol):
 
 def shown(source: int | str) -> str:
     """The source as messages may name it: without the password of a URL."""
-    return re.sub(r"(?<=://)[^/@\s]+@", "", str(source))
+    return _LOGIN.sub("", str(source))
 
 
 def is_device(source: int | str) -> bool:
@@ -135,8 +140,19 @@ def _opened_url(url: str) -> Source:
     capture = cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
     if not capture.isOpened():
         capture.release()
-        raise SourceError(f"no video from {shown(url)}", "check that the address, user and password play in `ffplay`")
+        raise _not_opened(url)
     return CaptureSource(capture, is_live=capture.get(cv2.CAP_PROP_FRAME_COUNT) <= 0)
+
+
+def _not_opened(url: str) -> SourceError:
+    """With the reason, which OpenCV keeps to itself."""
+    from mosaic_camera.packet_source import why_not  # loads PyAV
+
+    what = ": ".join(filter(None, (f"no video from {shown(url)}", why_not(url))))
+    scheme = urlsplit(url).scheme
+    meant = None if scheme in _SCHEMES else nearest(scheme, _SCHEMES)
+    known = "check that the address, user and password play in `ffplay`"
+    return SourceError(what, f"did you mean {meant}://?" if meant else known)
 
 
 def _opened_file(path: Path) -> Source:

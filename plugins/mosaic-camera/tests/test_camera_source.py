@@ -119,14 +119,32 @@ def test_a_camera_number_that_is_not_there_is_an_error_with_a_path() -> None:
 
 
 def test_a_stream_that_nobody_serves_is_an_error_without_its_password() -> None:
-    with pytest.raises(SourceError, match=r"no video from http://127\.0\.0\.1:9/cam") as caught:
+    with pytest.raises(
+        SourceError, match=r"no video from http://127\.0\.0\.1:9/cam: Connection refused; check"
+    ) as caught:
         open_source(WantedSource("http://user:secret@127.0.0.1:9/cam"))
     assert "secret" not in str(caught.value)
 
 
-def test_passwords_are_never_shown() -> None:
-    assert shown("rtsp://admin:secret@10.0.0.2/1") == "rtsp://10.0.0.2/1"
-    assert shown(0) == "0"
+def test_an_address_of_no_kind_is_told_with_the_one_that_was_meant() -> None:
+    with pytest.raises(SourceError, match=r"rtps://127\.0\.0\.1/1: Protocol not found; did you mean rtsps?://\?"):
+        open_source(WantedSource("rtps://user:secret@127.0.0.1/1"))
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("rtsp://admin:secret@10.0.0.2/1", "rtsp://10.0.0.2/1"),
+        ("rtsp://admin:sec@ret@10.0.0.2/1", "rtsp://10.0.0.2/1"),
+        ("rtsp://admin:sec/ret@10.0.0.2/1", "rtsp://10.0.0.2/1"),
+        ("rtsp://admin:s@e/c@ret@10.0.0.2:554/1", "rtsp://10.0.0.2:554/1"),
+        ("http://10.0.0.2:80/cam@2", "http://10.0.0.2:80/cam@2"),
+        ("http://10.0.0.2/cam@2", "http://10.0.0.2/cam@2"),
+        (0, "0"),
+    ],
+)
+def test_passwords_are_never_shown(source: int | str, told: str) -> None:
+    assert shown(source) == told
 
 
 def test_numbers_and_dev_paths_are_devices() -> None:

@@ -80,7 +80,7 @@ class GpioServoConfigurer(DataChannelConfigurer[GpioServoParams]):
 
     connector_type = "gpio-servo"
     example: ClassVar[dict[str, Any] | None] = {"pin": 18, "joint": "pan"}
-    trial: ClassVar[dict[str, Any] | None] = {"pin": 18, "joint": "pan", "source": "fake"}
+    trial: ClassVar[dict[str, Any] | None] = {"pin": 18, "joint": "pan", "source": "fake", "start_rad": 0.0}
 
     def configure(self) -> GpioServo:
         params = self.params

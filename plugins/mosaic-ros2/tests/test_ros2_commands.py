@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from mosaic_core.cli.main import app
 from mosaic_ros2.bus.bus import HeardEndpoint
 from mosaic_ros2.bus.shared_bus import BusChoice
+from mosaic_ros2.bus.silence import why_foreign_services
 from mosaic_ros2.commands.hearing import service_rows
 from mosaic_ros2.commands.robot_file import robot_file
 
@@ -105,6 +106,19 @@ def test_a_server_that_speaks_another_way_of_requests_is_marked_and_left_out_of_
     server = HeardEndpoint("/lamp", "std_srvs/srv/SetBool", "server", is_foreign_service=True)
     assert service_rows([server], shows_all=False)[0][3].startswith("no: Fast DDS")
     assert robot_file([server], BusChoice())[1] == 0
+
+
+def test_servers_that_speak_another_way_of_requests_are_named_with_the_cure() -> None:
+    kinds = {
+        "/lamp": "std_srvs/srv/SetBool",
+        "/go/_action/send_goal": "nav2_msgs/action/NavigateToPose_SendGoal",
+        "/go/_action/cancel_goal": "action_msgs/srv/CancelGoal",
+        "/node/list_parameters": "rcl_interfaces/srv/ListParameters",
+    }
+    servers = [HeardEndpoint(name, kind, "server", is_foreign_service=True) for name, kind in kinds.items()]
+    told = why_foreign_services(servers)
+    assert "/go, /lamp can't be called; start its node with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp" in told
+    assert why_foreign_services([HeardEndpoint("/lamp", "std_srvs/srv/SetBool", "server")]) == ""
 
 
 def test_labels_are_unique_and_the_domain_stands_in_the_file() -> None:

@@ -16,7 +16,7 @@ from mosaic_core import DeviceGone
 from mosaic_core.testing import build, collect
 from mosaic_ros2.bus.bus import BusError
 from mosaic_ros2.bus.dds.dds_bus import DdsBus
-from mosaic_ros2.bus.dds.network import configuration
+from mosaic_ros2.bus.dds.network import configuration, why_not_joined
 from mosaic_ros2.bus.dds.wire_types import WireTypes, definitions_of
 from mosaic_ros2.bus.ros_names import is_hidden, read_dds_topic, reply_topic_of, request_topic_of, ros_name, topic_of
 from mosaic_ros2.bus.shared_bus import BusChoice, SharedBus
@@ -42,6 +42,17 @@ def test_topics_of_others_and_what_ros_keeps_to_itself_are_told_apart() -> None:
     assert is_hidden("/count/_action/feedback")
     assert is_hidden("/rosout")
     assert not is_hidden("/scan")
+
+
+def test_an_interface_that_is_not_there_is_told_with_those_that_are() -> None:
+    with pytest.raises(BusError, match=r"no network interface 'l0'; did you mean 'lo'\?; there are: .*\blo\b"):
+        DdsBus(231, TypeBook(shares=()), "l0").endpoints()
+
+
+@pytest.mark.parametrize("interface", ["", "lo", "localhost", "10.9.9.9", "fe80::1"])
+def test_what_else_keeps_dds_from_beginning_is_told_as_it_says_it(interface: str) -> None:
+    what, cure = why_not_joined(interface, ["lo"], "no memory")
+    assert (what, "CYCLONEDDS_URI" in cure) == ("no memory", True)
 
 
 @pytest.mark.parametrize(

@@ -53,9 +53,11 @@ def test_robots_are_listed_with_whether_they_ask_for_a_pin(mosaic: Any, announce
         "Rover": (False, True, "http://10.0.0.7:9002"),
         "Boat": (False, False, "http://10.0.0.9:9002"),
     }
-    table = mosaic("operator", "robots", "--lan").out
-    assert "asks for a PIN" in table
-    assert "paired, not announced now" in table
+    heading, *rows = mosaic("operator", "robots", "--lan").out.splitlines()
+    assert heading.split() == ["name", "id", "address", "state"]
+    assert [row.split()[0] for row in rows] == ["Arm", "Rover", "Boat"]
+    states = ["asks for a PIN", "paired", "paired, not announced now"]
+    assert [row.rstrip().rpartition("  ")[2] for row in rows] == states
 
 
 def test_nobody_is_told_with_what_to_look_for(mosaic: Any, announced: list[AnnouncedRobot]) -> None:

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import pty
+import re
 import select
 import subprocess
 import sys
@@ -174,6 +175,20 @@ class TestWithARobot:
         assert done.returncode == 1
         assert says in done.stderr
         assert "Traceback" not in done.stderr
+
+    def test_what_may_be_asked_is_shown_and_nothing_is(self, operator: Run) -> None:
+        done = operator("call", "Test robot", "survey", "--schema")
+        assert done.returncode == 0, done.stderr
+        question, answer = done.stdout.partition("\nanswer")[::2]
+        assert re.search(r"^duration_s +number ≥ 0, ≤ 20 +3\.0 +s +How long to look\.", question, re.MULTILINE)
+        assert re.search(r"^looks +integer", answer, re.MULTILINE)
+        schemas = json.loads(operator("call", "Test robot", "survey", "--schema", "--json").stdout)
+        assert schemas["label"] == "survey"
+        assert "duration_s" in schemas["question"]["properties"]
+        assert "looks" in schemas["answer"]["properties"]
+
+    def test_what_answers_nothing_has_no_question_to_show(self, operator: Run) -> None:
+        assert operator("call", "Test robot", "host", "--schema").stderr.endswith(f"answers no requests.{ONE_WAY}")
 
     def test_messages_and_pictures_are_tailed(self, operator: Run, seed: Any) -> None:
         done = operator("tail", "Test robot", "host", "-n", "2")

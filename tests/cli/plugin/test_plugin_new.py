@@ -57,9 +57,41 @@ def test_the_example_of_a_new_plugin_is_valid(packages: Path, kind: str) -> None
     assert told == "mosaic_config.yaml: valid\n"
 
 
-def test_new_plugins_are_typed_strictly(packages: Path) -> None:
+TYPED_TEST = """from collections.abc import Iterator
+
+import numpy as np
+from mosaic_core import MediaTrackConfigurer, MediaTrackHandler, NoParams
+from mosaic_core.testing import build, take_frames
+from numpy.typing import NDArray
+
+
+class Eye(MediaTrackHandler):
+    def frames(self) -> Iterator[NDArray[np.uint8]]:
+        yield np.zeros((2, 2, 3), np.uint8)
+
+
+class EyeConfigurer(MediaTrackConfigurer[NoParams]):
+    connector_type = "eye"
+
+    def configure(self) -> Eye:
+        return Eye(self.label)
+
+
+def test_its_size() -> None:
+    (picture,) = take_frames(build(EyeConfigurer), 1)
+    assert picture.shape == (2, 2, 3)
+
+
+def count(camera: MediaTrackHandler) -> int:
+    return len(take_frames(camera))
+"""
+
+
+def test_new_plugins_and_what_the_kit_takes_of_a_camera_are_typed_strictly(packages: Path, tmp_path: Path) -> None:
     """All kinds at once: most of the time goes into what they import."""
     folders = [str(packages / f"acme-{kind}" / f"acme_{kind}") for kind in KINDS]
+    (tmp_path / "test_eye.py").write_text(TYPED_TEST)
+    folders.append(str(tmp_path / "test_eye.py"))
     assert "no issues" in checked(packages, "sensor", "mypy", "--strict", "--cache-dir", str(CACHE), *folders)
 
 

@@ -70,7 +70,7 @@ class BaseConfigurer(DataChannelConfigurer[BaseParams]):
 
 
 def made(body):
-    class Made(DataChannelConfigurer):
+    class Made(DataChannelConfigurer[NoParams]):
         connector_type = f"acme-{body.__name__.lower()}"
 
         def configure(self):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Iterator
+from functools import cached_property
 from typing import Any
 
 import pytest
@@ -50,6 +51,13 @@ def alone(self: Any) -> None:
 
 def of_three(self: Any, one: Any, two: Any, three: Any) -> None:
     """Wants more than there is."""
+
+
+class Callable:
+    """No function, and called like one."""
+
+    def __call__(self, one: Any) -> None:
+        """Takes one thing."""
 
 
 def by_keyword(self: Any, data: Any, *, sender: Any) -> None:
@@ -142,3 +150,61 @@ def test_every_usual_form_is_taken() -> None:
             return ["once"]
 
     assert (Hears("it").label, Speaks("it").messages()) == ("it", ["once"])
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "written", "words"),
+    [
+        (
+            Tells,
+            "messages",
+            property(alone),
+            "messages is a property, and can't be called. Write it as a plain `def mes",
+        ),
+        (Tells, "messages", cached_property(alone), "messages is a cached_property, and can't be called. Write it as"),
+        (
+            Tells,
+            "messages",
+            ["once"],
+            "messages is a list, and can't be called. Write it as a plain `def messages(self)`.",
+        ),
+        (
+            DataChannelJsonReceivable,
+            "handle_data",
+            None,
+            "handle_data is None, and can't be called. Write it as a plain `def handle_data(self, data)`. A decorator "
+            "has to return the function.",
+        ),
+        (
+            DataChannelJsonReceivable,
+            "make_safe",
+            staticmethod(lambda: None),
+            "make_safe can't be called with (cause): to",
+        ),
+        (
+            DataChannelJsonReceivable,
+            "handle_data",
+            classmethod(alone),
+            "handle_data can't be called with (data): too m",
+        ),
+        (DataChannelJsonReceivable, "make_safe", classmethod(later), "make_safe is async or yields, and nothing of it"),
+        (
+            Answers,
+            "answer",
+            Callable(),
+            "answer can't be called with (question, request): too many pos",
+        ),
+    ],
+)
+def test_a_body_is_something_that_can_be_called(base: Any, name: str, written: Any, words: str) -> None:
+    assert told(base, name, written).startswith(words)
+
+
+@pytest.mark.parametrize(
+    "written", [staticmethod(lambda cause: None), classmethod(lambda cls, cause: None), Callable(), print]
+)
+def test_whatever_can_be_called_as_a_body_is_taken(written: Any) -> None:
+    assert issubclass(
+        type("It", (DataChannelJsonReceivable,), {"make_safe": written, "__module__": __name__}),
+        DataChannelJsonReceivable,
+    )

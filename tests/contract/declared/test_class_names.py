@@ -68,7 +68,6 @@ def told(base: Any, name: str, value: object) -> str:
         (DataChannelSendable, "reported_position", "DataChannelReceivable"),
         (MediaTrackHandler, "peer_left", "DataChannelReceivable"),
         (DataChannelReceivable, "frames", "MediaTrackHandler"),
-        (MediaTrackHandler, "sounds", "AudioTrackHandler"),
         (MediaTrackHandler, "handle_sound", "AudioReceivable"),
         (Handler, "messages", "DataChannelSendable"),
         (Makes, "messages", "DataChannelSendable"),
@@ -76,6 +75,22 @@ def told(base: Any, name: str, value: object) -> str:
 )
 def test_every_body_has_its_base(base: Any, name: str, owner: str) -> None:
     cure = f"Derive it from {owner}, or give the method another name."
+    assert told(base, name, body) == f"nobody calls its {name}(). {cure}"
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "meant", "owner"),
+    [
+        (MediaTrackHandler, "messages", "frames", "DataChannelSendable"),
+        (MediaTrackHandler, "sounds", "frames", "AudioTrackHandler"),
+        (DataChannelSendable, "frames", "messages", "MediaTrackHandler"),
+        (AudioReceivable, "handle_data", "handle_sound", "DataChannelReceivable"),
+    ],
+)
+def test_a_body_that_its_base_calls_otherwise_is_told_by_the_name_it_has_there(
+    base: Any, name: str, meant: str, owner: str
+) -> None:
+    cure = f"Write {meant}(), or derive it from {owner}, or give the method another name."
     assert told(base, name, body) == f"nobody calls its {name}(). {cure}"
 
 
@@ -215,3 +230,73 @@ def test_a_base_itself_is_no_handler(base: Any) -> None:
     line = caught.traceback[0].lineno + 1
     name = base.__name__.partition("[")[0]
     assert caught.value.message.startswith(f"{__file__}:{line}: {name} itself does not know what it carries. Derive a")
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "value", "cure"),
+    [
+        (Tells, "label", "front", "Leave it out: the configurer gives it to __init__."),
+        (Tells, "data_type", "json", "Leave it out: it follows from the base and the type in its brackets."),
+        (Tells, "direction", "u2r", "Leave it out: it follows from the base and the type in its brackets."),
+        (MediaTrackHandler, "kind", "video", "Leave it out: it follows from the base and the type in its brackets."),
+        (
+            DataChannelJsonReceivable,
+            "lease",
+            "arm",
+            'Write requires_lease = True, and resource = "…" for a lease of its own.',
+        ),
+        (
+            DataChannelJsonReceivable,
+            "safety",
+            {"timeout_s": 1.0},
+            "Write its parts one by one: timeout_s, requires_lease, resource, limits.",
+        ),
+        (
+            DataChannelJsonReceivable,
+            "on_timeout",
+            "zero",
+            "Write it in `safety:` of the robot's file, or as a default of the configurer's safety_model.",
+        ),
+        (Makes, "params", NoParams, "Name their class in the brackets of the base: DataChannelConfigurer[MyParams]."),
+        (Makes, "Params", NoParams, "Write that class above, and name it in the brackets of the base: DataChannelC"),
+        (Makes, "label", "front", "Leave it out: the robot's file says it."),
+    ],
+)
+def test_what_is_said_elsewhere_is_told_with_its_place(base: Any, name: str, value: object, cure: str) -> None:
+    assert told(base, name, value).startswith(f"nobody reads the {name} of its class. {cure}")
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "value"),
+    [(DataChannelJsonReceivable, "on_timeout", body), (Tells, "params", NoParams), (Makes, "kind", "arm")],
+)
+def test_what_is_no_value_or_of_another_base_is_free(base: Any, name: str, value: object) -> None:
+    assert made(base, name, value).__name__ == "It"
+
+
+@pytest.mark.parametrize("said", [0.5, "0.5"])
+def test_a_value_behind_a_colon_is_told(said: object) -> None:
+    assert told(Loose, "__annotations__", {"timeout_s": said}) == (
+        "timeout_s is annotated with 0.5, and not set. Write timeout_s = 0.5."
+    )
+    assert made(Loose, "__annotations__", {"timeout_s": "float | None", "source": 3}).__name__ == "It"
+
+
+class Loose(DataChannelJsonReceivable):
+    """Takes anything."""
+
+
+def test_a_handler_has_one_channel_or_track() -> None:
+    for bases in ((Tells, Loose), (MediaTrackHandler, Tells)):
+        with pytest.raises(MosaicError, match=r"and has one channel or track\. Write two handlers"):
+            type("It", bases, {"__module__": __name__})
+
+
+def test_the_model_of_params_is_the_one_in_the_brackets() -> None:
+    class Own(NoParams):
+        """Of another configurer."""
+
+    with pytest.raises(MosaicError, match=r"its params_model is Own, and its base has \[NoParams\]. Name the right"):
+
+        class Two(DataChannelConfigurer[NoParams]):
+            params_model = Own

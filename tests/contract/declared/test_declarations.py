@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -18,6 +19,8 @@ from mosaic_core import (
     FieldBounds,
     MediaTrackHandler,
     Message,
+    Params,
+    RequestHandler,
 )
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.errors import MosaicError
@@ -112,6 +115,10 @@ class Moves(DataChannelReceivable[Joints]):
         """Holds."""
 
 
+class Asks(RequestHandler[Wish, Wish]):
+    """Answers a wish."""
+
+
 AT_MOST = FieldBounds(max=1.0)
 
 
@@ -186,6 +193,53 @@ AT_MOST = FieldBounds(max=1.0)
             {"position_fields": (), "limits": {"positions.*": AT_MOST}},
             "'positions.*' stands in a list, of which only positions can be limited. Cure: give each velocity a field",
         ),
+        (
+            Takes,
+            {"limits": {"angle": FieldBounds()}},
+            "the limit of 'angle' bounds nothing. Write FieldBounds(min=…, max",
+        ),
+        (
+            Takes,
+            {"item_names": ("elbow",)},
+            "item_names is set, and its messages have no list whose numbers are named. S",
+        ),
+        (Moves, {"item_names": ("elbow", "elbow")}, "item_names has 'elbow' twice. Name each once."),
+        (
+            Takes,
+            {"timeout_s": lambda self: 0.5},
+            "timeout_s is a method, and is read, not called. Write seconds, such as",
+        ),
+        (
+            Takes,
+            {"widget": lambda self: "battery"},
+            "widget is a method, and is read, not called. Write it as a value. ",
+        ),
+        (
+            Takes,
+            {"motion_fields": lambda self: ()},
+            "motion_fields is a method, and is read, not called. Write the dotte",
+        ),
+        (
+            Takes,
+            {"motion_fields": property(lambda self: ())},
+            "motion_fields is a property, and is read of the class. ",
+        ),
+        (
+            MediaTrackHandler,
+            {"encoding": "h264"},
+            "encoding is 'h264', and no way to encode. Write EncodingParams(…), of",
+        ),
+        (
+            MediaTrackHandler,
+            {"packet_codec": "h265"},
+            'packet_codec is \'h265\', and no codec. Write "h264", "vp8" or N',
+        ),
+        (Asks, {"at_once": 1.5}, "at_once is 1.5, and no number of requests. Write 1 or more."),
+        (
+            Asks,
+            {"answer_within_s": math.inf},
+            "answer_within_s is inf, and no number of seconds. Write seconds above 0,",
+        ),
         (Moves, {"motion_fields": ("positions.a",)}, "motion_fields names 'positions.a' in a list, and only positions"),
     ],
 )
@@ -200,6 +254,7 @@ def test_what_a_class_says_of_its_safety_and_nothing_could_follow_is_refused(
     [
         (Moves, {"timeout_s": 60, "resource": "left_arm", "requires_lease": True}),
         (Takes, {"widget": "drive-pad"}),
+        (Takes, {"limits": property(lambda self: {"angle": AT_MOST}), "widget": property(lambda self: None)}),
         (Takes, {"widget": "gps-position"}),
         (Takes, {"widget": "acme-gripper/Grip"}),
         (Takes, {"widget": None}),
@@ -235,3 +290,55 @@ def test_a_list_that_nothing_names_is_refused(keyed_by: dict[str, str], words: s
         class Arm(DataChannelReceivable[model]): ...  # type: ignore[valid-type]
 
     assert refusal_of(make) == f"Arm: keyed_by of Odd {words}"
+
+
+class Inner(Message):
+    x: float = 0.0
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        (
+            {"motion_kinds": {"sped": "velocity"}},
+            "motion_kinds names 'sped', and It has no field 'sped'; did you mean 'sp",
+        ),
+        (
+            {"motion_kinds": {"inner.y": "velocity"}},
+            "motion_kinds names 'inner.y', and Inner has no field 'y'; did you",
+        ),
+        (
+            {"motion_kinds": {"speed": "speed"}},
+            "motion_kinds says that 'speed' is a 'speed'. Write one of: velocity, pos",
+        ),
+        (
+            {"motion_kinds": ("speed",)},
+            "motion_kinds is ('speed',), and no mapping. Write motion_kinds: ClassVar[Mapping",
+        ),
+        (
+            {"schemaid": "acme/It@1"},
+            "it has 'schemaid', which nothing reads; did you mean 'schema_id'? Write schema_id,",
+        ),
+    ],
+)
+def test_what_a_message_says_of_itself_is_read(said: dict[str, Any], words: str) -> None:
+    annotations = {"speed": float, "inner": Inner | None, **dict.fromkeys(said, ClassVar[Any])}
+    body = {"speed": 0.0, "inner": None, **said, "__annotations__": annotations, "__module__": __name__}
+    with pytest.raises(MosaicError) as refused:
+        type("It", (Message,), body)
+    assert str(refused.value).partition("It: ")[2].startswith(words.partition("; did you")[0])
+
+
+def test_motions_of_nested_fields_and_aliases_are_taken() -> None:
+    class Fine(Message):
+        motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"inner.x": "velocity", "v": "velocity"}
+        own_word: ClassVar[str] = "free"
+        inner: Inner | None = None
+        speed: float = Field(default=0.0, alias="v")
+
+    assert Fine().speed == 0.0
+
+
+def test_params_that_ignore_a_misspelt_key_are_refused() -> None:
+    with pytest.raises(MosaicError, match='its model_config has extra="ignore", with which a misspelt key is ignored'):
+        type("It", (Params,), {"model_config": {"extra": "ignore"}, "__module__": __name__})

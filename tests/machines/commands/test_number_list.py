@@ -128,8 +128,8 @@ WRONG: list[tuple[Any, Any, str]] = [
     (["a"], [[1.0]], "positions.a is no number but a list"),
     (["a"], 1.0, "positions is no list but a float"),
     (["a"], None, "positions is no list but a NoneType"),
-    (["a", "b"], [1.0], "positions has 1 values for 2 names"),
-    ([], [1.0], "positions has 1 values for 0 names"),
+    (["a", "b"], [1.0], "positions has 1 value for 2 names"),
+    ([], [1.0], "positions has 1 value for 0 names"),
     (["a", "a"], [1.0, 2.0], "names has a name twice"),
     ([1], [1.0], "names is no list of texts"),
     ("a", [1.0], "names is no list of texts"),
@@ -144,9 +144,23 @@ def test_a_list_that_says_no_positions_is_refused(names: Any, positions: Any, wo
     assert refused.value.message == words
 
 
-def test_without_names_a_list_that_needs_them_is_refused() -> None:
-    with pytest.raises(OutOfRange, match="positions has 1 values for 0 names"):
-        Arm().envelope.shaped({"positions": [1.0]}, 1.0, 0.0)
+@pytest.mark.parametrize(
+    ("beside", "told"), [({}, ""), ({"nmaes": ["a"]}, ": it has 'nmaes' instead"), ({"joints": ["a"]}, "")]
+)
+def test_without_names_a_list_that_needs_them_is_refused_with_the_key_that_was_meant(
+    beside: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(OutOfRange) as refused:
+        Arm().envelope.shaped({"positions": [1.0], **beside}, 1.0, 0.0)
+    assert refused.value.message == f"'names', which names positions, is missing{told}"
+
+
+def test_names_deep_in_a_message_are_looked_for_where_they_belong() -> None:
+    its = NumberList("arm.positions", "arm.names")
+    with pytest.raises(
+        OutOfRange, match=r"'arm\.names', which names arm\.positions, is missing: it has 'name' instead"
+    ):
+        its.read({"names": ["a"], "arm": {"positions": [1.0], "name": ["a"]}})
 
 
 def test_a_joint_that_the_arm_does_not_have_is_refused_where_its_joints_are_known() -> None:

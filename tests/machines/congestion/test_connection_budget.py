@@ -159,3 +159,86 @@ def test_sound_alone_does_not_make_the_pictures_that_come_later_begin_small(hear
     assert budget.parts == {"ears": 48_000}
     budget.want("front", CAMERA)
     assert budget.parts == {"ears": 48_000, "front": START_BPS - 48_000}
+
+
+def data(budget: ConnectionBudget, bps: float, from_s: float, seconds: float = 1.0) -> None:
+    """A sensor, fifty times a second."""
+    for step in range(round(50 * seconds)):
+        budget.data_left(round(bps / 8 / 50), from_s + step / 50)
+
+
+def test_ordinary_data_is_taken_off_what_pictures_may_send_and_given_back_when_it_ends() -> None:
+    budget = watched("front")
+    queued(budget, 1_000_000)
+    data(budget, 200_000, 2.0)
+    budget.tick(2.99)
+    assert budget.budget_bps == 800_000, "the path takes what it took"
+    assert budget.part_bps("front") == pytest.approx(600_000, abs=10_000)
+    budget.tick(4.5)
+    assert (budget.budget_bps, budget.part_bps("front")) == (800_000, 800_000)
+
+
+def test_what_came_through_of_the_pictures_is_less_than_the_path_takes_by_the_data() -> None:
+    budget = watched("front")
+    data(budget, 200_000, 0.0)
+    queued(budget, 600_000, 0.9)
+    assert budget.budget_bps == pytest.approx(0.8 * 800_000, abs=10_000)
+    assert budget.part_bps("front") == pytest.approx(0.8 * 800_000 - 200_000, abs=10_000)
+
+
+def test_data_is_no_stranger_on_the_link() -> None:
+    """Half of a link that data of our own has the other half of is all of it."""
+    budget = watched("front")
+    data(budget, 400_000, 0.0)
+    for step in range(2):
+        budget.handle(None, PathSeen(0.2, 0.2, NOW_S, 30, 0, 0.2, 400_000, 800_000, 0.5), 0.9 + 0.1 * step)
+    assert budget.budget_bps == pytest.approx(640_000, abs=20_000)
+    for step in range(40):
+        for _ in range(6):
+            budget.sent(1_000, 1.5 + 0.1 * step)
+        data(budget, 400_000, 1.5 + 0.1 * step, 0.1)
+        budget.handle(None, PathSeen(0.0, 0.0, NOW_S, 30, 0, 0.0, None, 1_600_000), 1.5 + 0.1 * step)
+    assert budget.budget_bps > 1_100_000, "a link that has become twice as fast is not half a stranger's"
+
+
+@pytest.mark.parametrize("has_arrivals", [True, False])
+def test_on_a_path_that_takes_more_than_is_wanted_data_costs_pictures_nothing(has_arrivals: bool) -> None:
+    budget = watched("front", demand=Demand(100_000, 700_000))
+    if has_arrivals:
+        budget.handle(None, seen(), 1.0)
+    data(budget, 300_000, 1.0)
+    budget.tick(1.99)
+    assert budget.part_bps("front") == 700_000
+    budget.tick(4.0)
+    assert budget.part_bps("front") == budget.budget_bps == 700_000
+
+
+def test_pictures_keep_half_whatever_data_is_sent() -> None:
+    budget = watched("front")
+    queued(budget, 1_000_000)
+    data(budget, 5_000_000, 2.0)
+    budget.tick(2.99)
+    assert budget.part_bps("front") == pytest.approx(400_000, rel=0.01)
+
+
+def test_a_receivers_estimate_is_of_pictures_alone() -> None:
+    budget = watched("front")
+    data(budget, 200_000, 0.0)
+    for step in range(20):
+        budget.sent(3_500, 0.05 * step)
+    budget.handle("front", BandwidthEstimate(560_000), 0.98)
+    budget.handle("front", PictureLost(), 0.98)
+    budget.handle("front", PictureLost(), 0.98)
+    budget.handle("front", PictureLost(), 0.99)
+    assert budget.budget_bps == pytest.approx(0.75 * 760_000, rel=0.02)
+
+
+def test_copies_are_sent_beside_data_only_where_the_path_takes_both() -> None:
+    def copies(data_bps: float) -> int:
+        budget = watched("front", demand=Demand(100_000, 400_000))
+        data(budget, data_bps, 0.0, 3.0)
+        for step in range(20):
+            budget.handle(None, PathSeen(0.0, 0.0, NOW_S, 29, 1, 0.0, None, 1_000_000), 1.0 + 0.1 * step)
+        return sum(budget.wants_copy(1200, 2.9 + 0.01 * step) for step in range(20))
+
+    assert copies(400_000) < copies(0)

@@ -64,6 +64,15 @@ def test_who_has_not_made_way_himself_holds_nothing() -> None:
     assert reports.least_bps == 0.0
 
 
+def test_a_queue_of_our_own_that_drains_slowly_is_nobody_elses() -> None:
+    reports = Reports()
+    reports.go_on(60, seen(0.3), budget_bps=0.3 * LINK_BPS)
+    reports.go_on(STANDS_S - EVERY_S, seen(0.2))
+    assert not reports.share.is_held
+    reports.go_on(3 * EVERY_S, seen(0.2))
+    assert reports.share.is_held, "but it has stood for long now"
+
+
 @given(st.lists(st.floats(0.1, STANDS_S - 0.2), min_size=1, max_size=8), st.floats(0.0, QUEUE_S - 1e-6))
 def test_a_queue_that_drains_each_few_seconds_is_nobody_elses(stands_s: list[float], drained_s: float) -> None:
     reports = Reports()

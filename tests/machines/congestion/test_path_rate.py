@@ -331,6 +331,15 @@ def test_what_eased_is_near_what_the_path_takes_and_is_tried_again_after_as_many
     assert viewer.hear(1, queue_s=0.04, path_bps=0.8e6).rate.budget_bps == pytest.approx(0.85 * 0.8e6)
 
 
+def test_a_queue_that_did_not_drain_by_what_came_through_of_it_is_eased_again_by_what_others_leave() -> None:
+    words = {"queue_s": 0.04, "trains_bps": 4e6, "left": 0.25}
+    viewer = Viewer().hear(20, trains_bps=20e6).hear(5, path_bps=1.17e6, **words)
+    once_bps = viewer.rate.budget_bps
+    assert once_bps == pytest.approx(0.85 * 1.17e6)
+    again = viewer.hear(10, path_bps=1.02e6, **words)
+    assert again.rate.budget_bps == pytest.approx(0.85 * 1.02e6)
+
+
 def test_a_congestion_is_forgotten_after_20_s() -> None:
     viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6)
     assert viewer.rate.is_limited(viewer.now_s + 19.9)

@@ -55,7 +55,7 @@ def test_cameras_that_fill_a_link_settle_and_share_it(count: int, rate_mbps: flo
         assert ages_ms[len(ages_ms) // 2] < 60
         assert film.p95_ms(SETTLE_S) < 130
         assert len(ages_ms) > 29 * 60
-        assert cuts_per_min(film, SETTLE_S) <= 10
+        assert cuts_per_min(film, SETTLE_S) <= 12
     assert sum(mean_bps(film, SETTLE_S) for film in films) > 0.75e6 * rate_mbps
     assert unfairness(films, SETTLE_S + 20) < 2.25
 
@@ -65,7 +65,7 @@ def test_who_comes_late_gets_a_fair_share_of_a_full_link(seed: int) -> None:
     first = Film(profile(2), 10 * seed).play(15)
     late = Film(first.link_profile, 10 * seed + 1, first, later_s=1 / 60)
     first.play(90)
-    assert unfairness([first, late], first.now_s - 40) < 2
+    assert unfairness([first, late], first.now_s - 40) < 2.25
     assert max(film.p95_ms(first.now_s - 75) for film in (first, late)) < 130
 
 
@@ -198,6 +198,36 @@ def test_a_bulk_transfer_takes_what_pictures_leave_and_costs_them_no_more_than_2
     assert mean_bps(film, SETTLE_S) > 0.8 * mean_bps(alone, SETTLE_S)
     left_bps = 1e6 * rate_mbps - mean_bps(film, SETTLE_S)
     assert (transfer.arrived_bytes - before_bytes) * 8 / 60 > 0.4 * left_bps
+
+
+def sensor(film: Film, bps: float, every_s: float, until_s: float) -> None:
+    """Ordinary data of the same robot for the same operator."""
+    left_bytes = round(bps / 8 * every_s)
+    while left_bytes > 0:
+        size_bytes = min(1200, left_bytes)
+        left_bytes -= size_bytes
+        film.budget.data_left(size_bytes, film.now_s)
+        film.over(film.link, size_bytes, lambda: None)
+    if film.now_s < until_s:
+        film.at(film.now_s + every_s, lambda: sensor(film, bps, every_s, until_s))
+
+
+@pytest.mark.parametrize(
+    ("rate_mbps", "every_s", "p95_ms"), [(1, 0.02, 75), (1, 0.2, 120), (3, 0.02, 65), (3, 0.2, 110)]
+)
+@pytest.mark.parametrize("seed", range(1, 3))
+def test_beside_a_sensor_that_takes_three_tenths_of_the_link_no_picture_stands(
+    rate_mbps: float, every_s: float, p95_ms: float, seed: int
+) -> None:
+    film = Film(profile(rate_mbps), seed).play(SETTLE_S)
+    sensor(film, 0.3e6 * rate_mbps, every_s, SETTLE_S + 60)
+    film.play(60)
+    assert film.freezes(SETTLE_S) == 0
+    assert film.p95_ms(SETTLE_S + 5) < p95_ms
+    assert mean_bps(film, SETTLE_S + 5) > 0.45e6 * rate_mbps
+    since_s = film.now_s + 5
+    film.play(25)
+    assert mean_bps(film, since_s) > 0.7e6 * rate_mbps
 
 
 class Viewer(Film):

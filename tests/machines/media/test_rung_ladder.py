@@ -58,7 +58,7 @@ def test_a_small_picture_is_not_made_smaller() -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "expected_bps"), [((640, 480), 645_120), ((160, 120), 300_000), ((3840, 2160), 8_000_000)]
+    ("size", "expected_bps"), [((640, 480), 783_360), ((160, 120), 300_000), ((3840, 2160), 8_000_000)]
 )
 def test_without_a_wish_the_ceiling_follows_the_size(size: tuple[int, int], expected_bps: int) -> None:
     assert default_ceiling_bps(*size) == expected_bps

@@ -10,10 +10,17 @@ from typing import Any, ClassVar
 
 import pytest
 
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Request, RequestHandler
 from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.laboratory.memory_server import BASE_URL
-from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
+from mosaic_core.operator import (
+    LeaseDenied,
+    LeaseLost,
+    MosaicOperator,
+    RequestRefused,
+    RobotConnection,
+    SendableStore,
+)
 from mosaic_core.testing import Joined, connector, joined, until
 from mosaic_core.words.signaling import RobotStatus
 
@@ -346,3 +353,89 @@ async def test_the_journal_tells_of_what_moves_and_of_who_lost_the_lease() -> No
     assert ("command.accepted", "sled", "Dana") in journal
     assert ("lease.ended", "motion", "Dana") in journal
     assert not [entry for entry in journal if entry[1] == "note"]
+
+
+@asynccontextmanager
+async def at_arms(*resources: str) -> AsyncIterator[Joined]:
+    """A robot with a sled for each lease, which is called like it."""
+    sleds = [connector(SledConfigurer, label=name, safety={"timeout_s": 1.0, "resource": name}) for name in resources]
+    async with asyncio.timeout(60), joined(*sleds, takes_leases=False) as link:
+        await link.connection.control.wait_for(lambda: link.connection.control.leases, WAIT_S)
+        yield link
+
+
+async def test_who_names_no_lease_takes_the_only_one_that_is_needed() -> None:
+    async with at_arms("arm") as link:
+        control = link.connection.control
+        async with await control.take() as lease:
+            assert lease.resource == "arm"
+            assert not control.leases["motion"].is_mine
+            control.release()
+            assert not lease.is_held
+
+
+async def test_who_names_no_lease_where_several_are_needed_is_told_which() -> None:
+    async with at_arms("left_arm", "right_arm") as link:
+        with pytest.raises(LeaseDenied) as denied:
+            await link.connection.control.take()
+        assert denied.value.code == "lease.unknown_resource"
+        assert denied.value.message == (
+            "No connector of this robot needs the lease 'motion'. Needed are: left_arm, right_arm."
+        )
+        assert denied.value.cure == "Name one: `await connection.control.take('left_arm')`."
+        async with await link.connection.control.take("motion") as lease:
+            assert lease.is_held  # who names it means it
+
+
+async def test_motion_is_the_usual_one_where_a_connector_needs_it() -> None:
+    async with at_arms("arm", "motion") as link, await link.connection.control.take() as lease:
+        assert lease.resource == "motion"
+
+
+async def test_a_lease_that_there_is_not_is_denied_with_those_that_there_are() -> None:
+    async with at_arms("arm") as link:
+        with pytest.raises(LeaseDenied, match=r"The lease 'amr': The robot has no resource of this name\.") as denied:
+            await link.connection.control.take("amr")
+        assert denied.value.cure == "did you mean 'arm'? There are: arm, motion."
+
+
+async def test_a_refused_command_names_its_lease_its_holder_and_the_call() -> None:
+    async with at_arms("arm") as link:
+        told: list[str | None] = []
+        link.connection.on_refusal(lambda refusal: told.append(refusal.message))
+        pad = link.connection.sendable("arm")
+        await pad.wait_open(WAIT_S)
+        pad.send_json({"speed_mps": 0.5})
+        await until(lambda: told)
+        call = "Take it: `await connection.control.take('arm')`."
+        assert told == [f"'arm' takes commands with the lease 'arm'. {call}"]
+        bob = await link.another_operator("Bob")
+        async with await bob.control.take("arm"):
+            await link.connection.control.wait_for(lambda: link.connection.control.leases["arm"].holder, WAIT_S)
+            pad.send_json({"speed_mps": 0.5})
+            await until(lambda: len(told) > 1)
+            with pytest.raises(LeaseDenied, match=r"The lease 'arm': .* Bob holds it\."):
+                await link.connection.control.take("arm")
+        assert told[1] == f"'arm' takes commands with the lease 'arm'. Bob holds it. {call}"
+
+
+class Weighing(RequestHandler[Wish, Wish]):
+    requires_lease = True
+    resource = "scales"
+
+    def answer(self, question: Wish, request: Request) -> Wish:
+        return question
+
+
+class WeighingConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Weighing:
+        return Weighing(self.label)
+
+
+async def test_a_refused_request_names_its_lease() -> None:
+    async with asyncio.timeout(60), joined(connector(WeighingConfigurer, label="weigh"), takes_leases=False) as link:
+        with pytest.raises(
+            RequestRefused, match=r"'weigh' takes commands with the lease 'scales'\. Take it"
+        ) as refused:
+            await link.connection.request("weigh", {"speed_mps": 1.0})
+        assert refused.value.code == "lease.required"

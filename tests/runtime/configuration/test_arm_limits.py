@@ -113,8 +113,22 @@ def problems_of(**safety: Any) -> list[Problem]:
         (
             "positions.elbow",
             {"max": 0.2},
-            "positions.elbow.min",
+            "positions.elbow.max",
             "connector 'a': limit of positions.elbow: min 0.5 is above max 0.2, so no position is left",
+            "min 0.5 is of Arm: write a max of at least 0.5, or a min of your own",
+        ),
+        (
+            "positions.elbow",
+            {"min": 3.5},
+            "positions.elbow.min",
+            "connector 'a': limit of positions.elbow: min 3.5 is above max 2, so no position is left",
+            "max 2 is of Arm: write a min of at most 2, or a max of your own",
+        ),
+        (
+            "positions.elbow",
+            {"min": 2, "max": 1},
+            "positions.elbow.min",
+            "connector 'a': limit of positions.elbow: min 2 is above max 1, so no position is left",
             "swap them",
         ),
         (

@@ -248,6 +248,11 @@ def test_the_wrong_shape_is_told_once(problems: Problems, robot_yaml: RobotYaml,
     assert only(problems(robot_yaml(connectors))).message == message
 
 
+def test_keys_that_are_written_as_a_list_are_told_how_to_be(problems: Problems, robot_yaml: RobotYaml) -> None:
+    found = only(problems(robot_yaml("[{type: gauge, label: a, params: [{period_s: 1}]}]")))
+    assert (found.path, found.cure) == ("connectors[0].params", "write its keys without `- `")
+
+
 @pytest.mark.parametrize("label", ["_mosaic", "", "a b", "ä", "x" * 65, "-a"])
 def test_labels_that_cannot_be_channels_are_refused(problems: Problems, robot_yaml: RobotYaml, label: str) -> None:
     assert only(problems(robot_yaml(f"[{{type: gauge, label: '{label}'}}]"))).path == "connectors[0].label"

@@ -170,6 +170,12 @@ def test_keys_must_be_words(problems: Problems, robot_yaml: Callable[..., str]) 
     assert found[0].message == "keys must be plain words"
 
 
+def test_a_misspelt_key_is_not_missing_as_well(problems: Problems, robot_yaml: Callable[..., str]) -> None:
+    found = problems(robot_yaml("[{type: lamp, lable: a}]"))
+    told = [(one.path, one.message, one.cure) for one in found if "type" not in one.path]
+    assert told == [("connectors[0].lable", "unknown key 'lable'", "did you mean 'label'?")]
+
+
 @given(st.text(max_size=200))
 @settings(max_examples=150, deadline=None)
 def test_any_text_is_a_document_or_a_config_error(text: str) -> None:

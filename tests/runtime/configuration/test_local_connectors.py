@@ -13,12 +13,14 @@ from types import SimpleNamespace
 
 import pytest
 
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.local_connectors import LocalConnectors, connectors_beside
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing import connector, joined
-from mosaic_core.words.errors import MosaicError, PluginError
+from mosaic_core.words.errors import MosaicError, PluginError, untold
 
 ARM = '''
 from collections.abc import Iterator
@@ -114,8 +116,8 @@ def test_a_file_that_does_not_import_is_run_and_told_once_for_all_its_types(
     config.write_text("connectors:\n  - { type: one, label: one }\n  - { type: two, label: two }\n")
     with caplog.at_level(logging.WARNING):
         (problem,) = validate_file(config, resolver=known).problems
-    assert (problem.line, problem.code) == (2, "config.broken_local")
-    assert "day_one.py:2: ModuleNotFoundError" in problem.message
+    assert (Path(problem.file).name, problem.line, problem.code) == ("day_one.py", 2, "config.broken_local")
+    assert problem.message.endswith("can't be used: ModuleNotFoundError: No module named 'nowhere_at_all'")
     assert (tmp_path / "runs").read_text() == "x"
     assert [one for one in caplog.messages if "runs code" in one] == [f"runs code of {tmp_path}/connectors/day_one.py"]
     with pytest.raises(PluginError, match=r"type 'two' of .*day_one\.py:2: ModuleNotFoundError"):
@@ -150,16 +152,21 @@ def test_folders_of_two_robots_are_kept_apart(config: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("source", "line", "cause"),
+    ("source", "line", "cause", "cure"),
     [
-        ("\nimport nowhere_at_all", 2, "ModuleNotFoundError: No module named 'nowhere_at_all'"),
-        ("import driver", 1, "No module named 'driver'; for the file beside it write `from .driver import …`"),
-        ("from .driver import stop", 1, "SystemExit: bye"),
-        ("from .faulty import x", 1, "SyntaxError"),
+        (
+            "\nimport nowhere_at_all",
+            2,
+            "ModuleNotFoundError: No module named 'nowhere_at_all'",
+            "install what has the module nowhere_at_all, or correct its name",
+        ),
+        ("import driver", 1, "No module named 'driver'", "for the file beside it write `from .driver import …`"),
+        ("from .driver import stop", 1, "SystemExit: bye", "Mend the file that it names."),
+        ("from .faulty import x", 1, "SyntaxError", "Mend the file that it names."),
     ],
 )
 def test_a_file_that_does_not_import_is_told_with_line_and_cause_and_hinders_no_other(
-    resolver: Callable[..., ConnectorResolver], config: Path, source: str, line: int, cause: str
+    resolver: Callable[..., ConnectorResolver], config: Path, source: str, line: int, cause: str, cure: str
 ) -> None:
     bad = source + CONFIGURER.format(name="Bad", type="bad")
     known = resolver(arm=ARM, bad=bad, driver="import sys; sys.exit('bye')", faulty="def (")
@@ -169,7 +176,7 @@ def test_a_file_that_does_not_import_is_told_with_line_and_cause_and_hinders_no_
     name = "faulty" if "faulty" in source else "driver" if "stop" in source else "bad"
     assert f"{config.parent / 'connectors' / name}.py:{line}: " in caught.value.message
     assert cause in caught.value.message
-    assert (caught.value.code, caught.value.cure) == ("config.broken_local", "Mend the file that it names.")
+    assert (caught.value.code, caught.value.cure) == ("config.broken_local", cure)
     assert known.resolve("arm").connector_type == "arm"
 
 
@@ -216,7 +223,7 @@ def test_what_cannot_be_a_connector_is_told_with_its_line(
 @pytest.mark.parametrize(
     ("source", "line", "mistake"),
     [
-        ("\ndef (", 2, "SyntaxError: invalid syntax (its connectors are left out)"),
+        ("\ndef (", 2, "SyntaxError: invalid syntax (mend it; until then its connectors are left out)"),
         (
             "class A(Configurer):\n    connecter_type = 'arm'",
             2,
@@ -231,6 +238,60 @@ def test_a_type_that_nobody_knows_is_told_with_the_mistake_of_the_file_that_may_
     assert (problem.code, problem.message) == ("config.unknown_type", "no connector type 'arm'")
     file = config.parent / "connectors" / "arm.py"
     assert problem.cure == f"If 'arm' is of a file beside the configuration, mend it: {file}:{line}: {mistake}"
+
+
+LAMP = """from mosaic_core import DataChannelConfigurer, NoParams
+
+class Lamp(DataChannelConfigurer[NoParams]):
+    connector_type = "arm"
+    def configure(self:
+        pass
+"""
+
+
+def test_a_type_of_a_file_that_is_no_python_is_told_once_by_its_line(
+    resolver: Callable[..., ConnectorResolver], config: Path
+) -> None:
+    known = resolver(lamp=LAMP)
+    (problem,) = validate_file(config, resolver=known).problems
+    file = str(config.parent / "connectors" / "lamp.py")
+    assert (problem.file, problem.line, problem.code) == (file, 5, "config.broken_local")
+    assert problem.message == (
+        "connector type 'arm' of connectors/lamp.py can't be used: SyntaxError: '(' was never closed"
+    )
+    assert untold(known.local.problems, [problem]) == ()
+
+
+def test_a_file_that_cannot_be_read_is_told_once(resolver: Callable[..., ConnectorResolver], config: Path) -> None:
+    file = config.parent / "connectors" / "arm.py"
+    resolver(arm="")
+    file.write_bytes(b"\xff")
+    known = ConnectorResolver([], local=connectors_beside(config))
+    (problem,) = validate_file(config, resolver=known).problems
+    assert f"mend it: {file}: UnicodeDecodeError: " in problem.cure
+    assert untold(known.local.problems, [problem]) == ()
+
+
+def test_a_class_instead_of_a_handler_is_told_to_be_made(
+    resolver: Callable[..., ConnectorResolver], config: Path
+) -> None:
+    source = ARM.replace("return Arm(self.label, self.params)", "return Arm")
+    assert source != ARM
+    auto = AutoConfigurer(resolver=resolver(arm=source), plugins=hook_plugins([]))
+    (problem,) = auto.rehearse(validate_file(config, resolver=auto.resolver)).problems
+    assert problem.message.endswith("can't be made: configure() returned the class Arm instead of a handler")
+    assert problem.cure == "return one of it: Arm(self.label, …)"
+
+
+def test_a_type_that_is_nowhere_blames_no_broken_file_whose_types_are_known(
+    resolver: Callable[..., ConnectorResolver], config: Path
+) -> None:
+    config.write_text("connectors: [{ type: lapm, label: lamp }]\n")
+    known = resolver(arm=ARM, broken=LAMP.replace('"arm"', '"fan"'), lamp=CONFIGURER.format(name="Lamp", type="lamp"))
+    (problem,) = validate_file(config, resolver=known).problems
+    assert problem.cure.startswith("did you mean 'lamp'? ")
+    assert "broken.py" not in problem.cure
+    assert [Path(one.file).name for one in untold(known.local.problems, [problem])] == ["broken.py"]
 
 
 def test_bases_that_others_inherit_and_files_of_other_things_are_left_alone(

@@ -130,6 +130,13 @@ def test_what_makes_no_sense_is_refused_with_its_place_and_cure(
     assert (problem.path, problem.message, problem.cure) == (f"connectors[0].safety.{path}", message, cure)
 
 
+def test_positions_that_nobody_reports_are_one_mistake() -> None:
+    rates = {"angle": {"max_rate_per_s": 5}, "effort": {"kind": "position", "max_rate_per_s": 5}}
+    (problem,) = problems_of(BlindConfigurer, {"limits": rates})
+    told = "connector 'a' does not report where 'angle' and 'effort' are, so a rate can't begin anywhere"
+    assert (problem.path, problem.message) == ("connectors[0].safety.limits.angle.max_rate_per_s", told)
+
+
 def test_all_mistakes_of_the_limits_are_told_at_once() -> None:
     limits = {
         "effort": {"min": 5, "max": -5, "max_rate_per_s": 1},

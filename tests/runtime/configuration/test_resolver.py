@@ -66,8 +66,8 @@ def test_of_many_types_the_nearest_is_told_and_where_the_others_are(word: str, m
     with pytest.raises(MosaicError) as caught:
         many.resolve(word)
     assert caught.value.cure == (
-        f"{meant}`mosaic connectors list` shows all 21; a plugin of your own is among them once it is installed: "
-        "pip install -e FOLDER"
+        f"{meant}`mosaic connectors list` shows all 21; one of your own is among them once it stands in the folder "
+        "connectors/ beside the YAML file, or is installed: pip install -e FOLDER"
     )
 
 

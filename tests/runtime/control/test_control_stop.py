@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from support.connectors import Motor
 
+from mosaic_core.runtime.commands import safety_watch
 from mosaic_core.runtime.handlers import routes
 from mosaic_core.words import control
 from mosaic_core.words.data_type import Delivery
@@ -18,8 +19,8 @@ PATIENCE_S = 3.0
 
 
 @asynccontextmanager
-async def played(kit: Any, motors: list[Motor], delivery: Delivery | None = None) -> AsyncIterator[Any]:
-    async with kit.running(*(kit.connector_of(motor, delivery=delivery) for motor in motors)) as scene:
+async def played(kit: Any, motors: list[Motor], delivery: Delivery | None = None, **control: Any) -> AsyncIterator[Any]:
+    async with kit.running(*(kit.connector_of(motor, delivery=delivery) for motor in motors), control=control) as scene:
         try:
             yield scene
         finally:
@@ -63,7 +64,10 @@ async def test_while_stopped_nothing_moves_and_what_moves_nothing_goes_on(kit: A
         assert motor.log == ["safety.stop"]
 
 
-async def test_a_stop_while_handle_data_hangs_acts_at_once_and_again_when_it_returns(kit: Any) -> None:
+async def test_a_stop_while_handle_data_hangs_acts_at_once_and_again_when_it_returns(
+    kit: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(safety_watch, "RESTOP_S", 60.0)  # what it does meanwhile, again and again, has its own test
     motor = Motor("motor")
 
     async with played(kit, [motor]) as scene:
@@ -81,10 +85,10 @@ async def test_a_stop_while_handle_data_hangs_acts_at_once_and_again_when_it_ret
 async def test_what_waits_in_a_full_queue_never_acts_not_even_after_the_stop_is_cleared(
     kit: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(routes, "PAUSE_S", 0.1)  # the lease, which nobody keeps here, would not last a second
+    monkeypatch.setattr(routes, "PAUSE_S", 0.1)
     motor = Motor("motor", timeout_s=None, requires_lease=True)
 
-    async with played(kit, [motor], Delivery.RELIABLE) as scene:
+    async with played(kit, [motor], Delivery.RELIABLE, lease_expiry_s=60.0) as scene:  # nobody keeps the lease here
         ann = await scene.enters("ann")
         drive, epoch = ann.open("motor"), await ann.take()
         motor.free.clear()

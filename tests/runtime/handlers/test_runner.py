@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import logging
 import threading
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -179,16 +180,34 @@ async def test_a_body_rests_while_nobody_wants_it(kit: Any, made: Callable[[], A
         assert len(setup.sent) == sent
 
 
-async def test_a_finished_body_has_ended_and_starts_again_when_wanted_anew(kit: Any) -> None:
-    class Twice(DataChannelSendable[str]):
-        def messages(self) -> Iterator[str]:
-            yield from ("a", "b")
+class Twice(DataChannelSendable[str]):
+    def messages(self) -> Iterator[str]:
+        yield from ("a", "b")
 
-    async with Setup(Twice("twice")) as setup:
+
+class TwiceWatched(DataChannelSendable[str]):
+    runs = "watched"
+
+    async def messages(self) -> AsyncIterator[str]:
+        yield "a"
+        yield "b"
+
+
+@pytest.mark.parametrize(("kind", "next_time"), [(Twice, "the robot starts"), (TwiceWatched, "somebody opens it")])
+async def test_a_finished_body_has_ended_says_so_once_and_starts_again_when_wanted_anew(
+    kit: Any, kind: Any, next_time: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    async with Setup(kind("twice")) as setup:
         await kit.until(lambda: setup.runner.state == "ended")
         setup.runner.want(False)
         setup.runner.want(True)
         await kit.until(lambda: setup.sent == [b"a", b"b"] * 2)
+    line = kind.messages.__code__.co_firstlineno
+    told = f"connector 'twice': {kind.__name__}.messages ({__file__}:{line}) has ended without an error, "
+    assert [one for one in caplog.messages if "has ended" in one] == [
+        f"{told}and sends nothing more until {next_time} anew"
+    ]
 
 
 async def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: Any) -> None:

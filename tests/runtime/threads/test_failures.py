@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -37,6 +38,21 @@ def failures(caplog: pytest.LogCaptureFixture) -> Failures:
     return Failures("gauge", lambda *failure: None, FailureCourse(SURE, SURE), PluginCode((Gauge("gauge"),)))
 
 
+class Speechless(DeviceGone):
+    def __str__(self) -> str:
+        raise KeyError("words")
+
+
+def test_an_error_that_cannot_say_what_happened_is_told_and_tried_again(failures: Failures) -> None:
+    said = "it can't say what happened, for its __str__ raises KeyError"
+    assert failures.failed(Speechless("gone"), 0.0) == 8.0
+    assert failures.last_error == said
+    odd = type("Odd", (ValueError,), {"__str__": Speechless.__str__})
+    assert failures.failed(odd(), 0.0) == 8.0
+    assert failures.last_error == f"Odd: {said}"
+    assert explained_error(odd()) == f"Odd: {said}"
+
+
 def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_back(
     failures: Failures, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -50,6 +66,21 @@ def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_bac
         ("INFO", "connector 'gauge' is back", None),
         ("WARNING", "connector 'gauge': it is busy (plugin.no_device); tries again in 8.0 s", None),
     ]
+
+
+def test_an_error_of_the_system_names_what_is_quiet(failures: Failures, caplog: pytest.LogCaptureFixture) -> None:
+    failures.failed(raised(Path("/nowhere/at/all").read_text), 0.0)
+    assert "No such file or directory: '/nowhere/at/all'; if its device may be away, raise DeviceGone" in caplog.text
+    assert "DeviceGone" not in failures.last_error
+
+
+def test_what_the_framework_raises_with_the_authors_line_has_no_traceback(
+    failures: Failures, caplog: pytest.LogCaptureFixture
+) -> None:
+    failures.failed(raised(lambda: Gauge("gauge").send(5)), 0.0)
+    (record,) = caplog.records
+    assert f"Gauge ({__file__}:" in record.message
+    assert record.exc_info is None
 
 
 def test_an_error_is_logged_once_with_the_plugins_own_line_and_its_traceback(

@@ -131,8 +131,11 @@ export interface Catalogue {
 
 /** One entry of `ice_servers`; `urls` may be written as one string. */
 export interface IceServer {
+  /** Where it is, such as turn:turn.example.org:3478; several of one server. */
   urls: readonly string[]
+  /** For TURN. */
   username?: string
+  /** The password of `username`. */
   credential?: string
 }
 

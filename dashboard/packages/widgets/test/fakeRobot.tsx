@@ -12,6 +12,7 @@ import {
   type MosaicClient,
   type PeerView,
   type SafetyLimit,
+  type ServerState,
   type StopReport,
   type StopView,
 } from '@mosaic/client'
@@ -105,7 +106,7 @@ export class FakeConnection {
 }
 
 export function WithRobot({ connection, client = {}, children }: { connection: FakeConnection; client?: object; children: ReactNode }) {
-  const fake = { connection: () => connection, ...client } as unknown as MosaicClient
+  const fake = { connection: () => connection, server: new Value<ServerState>('online'), ...client } as unknown as MosaicClient
   return (
     <MantineProvider env="test">
       <MosaicProvider client={fake}>{children}</MosaicProvider>

@@ -37,9 +37,17 @@ class MeasuredQueue(deque[T]):
 class SctpQueue:
     """Measures what waits in SCTP's queues of one peer connection, and tells when it gets less."""
 
-    def __init__(self, sctp: RTCSctpTransport, on_progress: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        sctp: RTCSctpTransport,
+        on_progress: Callable[[], None],
+        on_left: Callable[[int], None] | None = None,
+    ) -> None:
+        """``on_left`` is told the size of every packet that does not give way."""
         self._sctp = sctp
         self._on_progress = on_progress
+        if hasattr(sctp, "data_left"):  # aiortc's own SCTP doesn't tell
+            sctp.data_left = on_left
         sctp._data_channel_flush = self._flush_and_tell  # type: ignore[method-assign]
 
     @property

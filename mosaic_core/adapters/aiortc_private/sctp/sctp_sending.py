@@ -185,6 +185,8 @@ class QuickSending(QuickWindow):
         data = b"".join(chunks)
         checksum = pack("<L", crc32c(header + bytes(4) + data))
         await self.transport._send_data(header + checksum + data)
+        if self.data_left is not None and not self.gives_way:
+            self.data_left(len(header) + len(checksum) + len(data))
 
 
 def _payload(data: bytes | str) -> tuple[int, bytes]:

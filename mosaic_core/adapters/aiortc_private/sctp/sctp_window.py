@@ -5,6 +5,7 @@ queue that stands on the way shrinks it before it overflows.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from aiortc.rtcsctptransport import USERDATA_MAX_LENGTH, SackChunk
 from aiortc.utils import uint32_gte
@@ -29,6 +30,8 @@ class QuickWindow(QuickRetransmitting):
     gives_way = False
     """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves. It also
     leaves the event loop some time."""
+    data_left: Callable[[int], None] | None = None
+    """Is told the size of every packet of new data that does not give way."""
 
     async def _receive_sack_chunk(self, chunk: SackChunk) -> None:
         self._may_retransmit = self._may_retransmit or bool(chunk.gaps)

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pydantic import ValidationError
 
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.threads.code_places import explained_error, place_of
-from mosaic_core.words.errors import ConfigError, MosaicError, Problem
+from mosaic_core.runtime.threads.code_places import explained_error, place_of, raised_at
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, MosaicError, Problem
 
 _PART = re.compile(r"[^.\[\]]+")
 
@@ -26,12 +26,19 @@ def unmade(one: CheckedConnector, error: BaseException) -> Iterator[Problem]:
         place = place_of(error)
         yield _refused(one, f"{error} ({place})" if place else str(error), "", "")
     else:
-        yield broken(one, explained_error(error))
+        yield broken_by(one, error)
 
 
-def broken(one: CheckedConnector, cause: str) -> Problem:
+def broken_by(one: CheckedConnector, error: BaseException) -> Problem:
+    """What its author did wrong, as an error of the code tells."""
+    cure = error.cure if isinstance(error, MosaicError) else ""
+    return broken(one, explained_error(error).removesuffix(cure).rstrip(), cure=cure, at=raised_at(error))
+
+
+def broken(one: CheckedConnector, cause: str, *, cure: str = "", at: CodeLine = NOWHERE) -> Problem:
     """What its author did wrong."""
-    return one.broken(f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}")
+    message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
+    return one.broken(message, cure=cure, at=at)
 
 
 def _refused(one: CheckedConnector, message: str, path: str, cure: str) -> Problem:

@@ -15,6 +15,11 @@ NOTHING_CURE = (
     "ROS_LOCALHOST_ONLY on the other computer or another `transport` hide it"
 )
 
+OTHER_RMW = (
+    "start its node with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or all of ROS with rmw_zenoh_cpp and `transport: zenoh`"
+)
+"""The cure for services and actions of Fast DDS' nodes."""
+
 
 def shown(names: Iterable[str]) -> str:
     """The first names, and how many more there are."""
@@ -33,6 +38,19 @@ def why_silent(topic: str, where: str, endpoints: Sequence[HeardEndpoint]) -> tu
         return f"nobody publishes {topic} on {where}; nodes are heard, and no topic of theirs", "start its node"
     what = f"nobody publishes {topic} on {where}{hint_at(topic, heard)} Heard: {shown(heard)}"
     return what, "start its node, or correct the name"
+
+
+def why_foreign_services(endpoints: Iterable[HeardEndpoint]) -> str:
+    """What to tell of services and actions that can't be called from here, and the cure; nothing of none."""
+    names = {
+        one.name.partition("/_action/")[0] for one in endpoints if one.is_foreign_service and not is_of_every_node(one)
+    }
+    return f"Fast DDS builds requests another way: {shown(names)} can't be called; {OTHER_RMW}" if names else ""
+
+
+def is_of_every_node(server: HeardEndpoint) -> bool:
+    """Whether it is one of the services for parameters and types, which every node has."""
+    return server.type.split("/")[0] in ("rcl_interfaces", "type_description_interfaces")
 
 
 def why_other_type(topic: str, wanted: str, publishers: Sequence[HeardEndpoint]) -> tuple[str, str] | None:

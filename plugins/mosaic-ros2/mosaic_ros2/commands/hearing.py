@@ -12,7 +12,7 @@ from mosaic_ros2.bus.bus import Bus, BusError, HeardEndpoint
 from mosaic_ros2.bus.qos import fitting
 from mosaic_ros2.bus.ros_names import is_hidden, ros_name
 from mosaic_ros2.bus.shared_bus import BusChoice, SharedBus, TypeChoice
-from mosaic_ros2.bus.silence import NOTHING_CURE, why_other_type, why_silent
+from mosaic_ros2.bus.silence import NOTHING_CURE, is_of_every_node, why_other_type, why_silent
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.connectors.params import own_distribution, own_domain
@@ -77,11 +77,6 @@ def service_rows(endpoints: Sequence[HeardEndpoint], *, shows_all: bool) -> list
         if one.role == "server" and (shows_all or not (is_hidden(one.name) or is_of_every_node(one)))
     ]
     return sorted(set(rows))
-
-
-def is_of_every_node(server: HeardEndpoint) -> bool:
-    """Whether it is one of the services for parameters and types, which every node has."""
-    return server.type.split("/")[0] in ("rcl_interfaces", "type_description_interfaces")
 
 
 def _callable(server: HeardEndpoint) -> str:

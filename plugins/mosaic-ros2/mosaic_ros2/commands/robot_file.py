@@ -11,7 +11,8 @@ import yaml
 from mosaic_ros2.bus.bus import HeardEndpoint
 from mosaic_ros2.bus.ros_names import is_hidden
 from mosaic_ros2.bus.shared_bus import BusChoice
-from mosaic_ros2.commands.hearing import actions_in, is_of_every_node
+from mosaic_ros2.bus.silence import is_of_every_node
+from mosaic_ros2.commands.hearing import actions_in
 
 _HEAD = """\
 # A MOSAIC robot, written by `mosaic ros2 init` from what it heard. Look through it: what an operator shall not see or

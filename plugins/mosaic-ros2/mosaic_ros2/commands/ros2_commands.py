@@ -60,10 +60,12 @@ def services(
     shows_all: ShowsAll = False,
 ) -> None:
     """List the services and actions that are heard, and whether they can be called from here."""
+    from mosaic_ros2.bus.silence import why_foreign_services
     from mosaic_ros2.commands.hearing import heard, service_rows
 
-    rows = service_rows(heard(_choice(domain, transport, interface, peer, None), wait), shows_all=shows_all)
-    print_table(("name", "kind", "type", "callable"), rows, folded=3)
+    found = heard(_choice(domain, transport, interface, peer, None), wait)
+    print_table(("name", "kind", "type", "callable"), service_rows(found, shows_all=shows_all), folded=3)
+    _tell(why_foreign_services(found))
 
 
 @app.command()
@@ -99,6 +101,7 @@ def init(
     force: Annotated[bool, typer.Option(help="Overwrite a file that is there.")] = False,
 ) -> None:
     """Write a robot's YAML file with a connector for everything that is heard."""
+    from mosaic_ros2.bus.silence import why_foreign_services
     from mosaic_ros2.commands.hearing import heard
     from mosaic_ros2.commands.robot_file import robot_file
 
@@ -106,7 +109,9 @@ def init(
     if not to_terminal and output.exists() and not force:
         usage(f"{output} is there already; --force overwrites it")
     choice = _choice(domain, transport, interface, peer, None)
-    text, count = robot_file(heard(choice, wait), choice)
+    found = heard(choice, wait)
+    text, count = robot_file(found, choice)
+    _tell(why_foreign_services(found))
     if to_terminal:
         typer.echo(text, nl=False)
         return
@@ -116,6 +121,12 @@ def init(
         usage(f"{output} can't be written: {error.strerror}; name a file in a folder that you may write")
     typer.echo(f"{output}: {count} connectors. Look through it, then: mosaic validate {output}")
     typer.echo(f"On its own: mosaic run {output} --serve 127.0.0.1:9002")
+
+
+def _tell(sentence: str) -> None:
+    """Beside what programs read."""
+    if sentence:
+        typer.echo(sentence, err=True)
 
 
 def _choice(

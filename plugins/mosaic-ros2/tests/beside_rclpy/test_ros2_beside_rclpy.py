@@ -16,7 +16,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
+from typer.testing import CliRunner
 
+from mosaic_core.cli.main import app
 from mosaic_core.testing import Joined, build, collect, connector, joined, take_frames
 from mosaic_ros2.connectors.image import Ros2ImageConfigurer
 from mosaic_ros2.connectors.publisher import Ros2PublisherConfigurer
@@ -110,6 +113,16 @@ async def test_its_services_are_refused_with_the_cure(node: subprocess.Popen[str
     async with joined(connector(Ros2ServiceConfigurer, label="lamp", params=params)) as link:
         with pytest.raises(Exception, match="RMW_IMPLEMENTATION=rmw_cyclonedds_cpp"):
             await link.connection.request("lamp", {"data": True}, timeout_s=20)
+
+
+@pytest.mark.usefixtures("node")
+def test_a_file_of_what_it_tells_is_valid_and_says_what_is_left_out(tmp_path: Path) -> None:
+    file, here = str(tmp_path / "robot.yaml"), ("--domain", str(DOMAIN), "--interface", "lo")
+    done = CliRunner().invoke(app, ["ros2", "init", file, *here])
+    assert "/lamp can't be called; start its node with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp" in done.output
+    assert CliRunner().invoke(app, ["validate", file]).exit_code == 0
+    topics = {one["params"]["topic"] for one in yaml.safe_load(Path(file).read_text())["connectors"]}
+    assert topics == {"/image", "/imu", "/rosout", "/scan", "/cmd_vel"}
 
 
 def test_connectors_and_a_node_of_rclpy_live_in_one_process() -> None:

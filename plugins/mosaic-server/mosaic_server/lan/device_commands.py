@@ -56,7 +56,11 @@ def revoke(device: DeviceArgument, data_dir: HomeDir = None) -> None:
 
 
 @app.command("role")
-def change_role(device: DeviceArgument, role: Role, data_dir: HomeDir = None) -> None:
+def change_role(
+    device: DeviceArgument,
+    role: Annotated[Role, typer.Argument(help="What it may do from now on.")],
+    data_dir: HomeDir = None,
+) -> None:
     """Say what a device may do: observer, operator or supervisor. It connects again with the new role."""
     from mosaic_server.lan.home import LanHome
     from mosaic_server.storage.devices import change_device_role

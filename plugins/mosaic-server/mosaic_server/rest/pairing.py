@@ -10,7 +10,7 @@ from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Request
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
@@ -26,7 +26,16 @@ from mosaic_server.storage.devices import is_device, pair, revoke_device
 
 _log = logging.getLogger(__name__)
 router = APIRouter(prefix="/api/v1/pairing", tags=["pairing"])
-Secret = Annotated[str, Field(min_length=1, max_length=64, pattern=NO_NUL)]
+
+
+def _quoted(value: object) -> object:
+    """A PIN that was written as a number has lost the zeros it began with."""
+    if isinstance(value, int):
+        raise ValueError('write it as text, in quotes: "012345"; a number has no zeros at its beginning')
+    return value
+
+
+Secret = Annotated[str, BeforeValidator(_quoted), Field(min_length=1, max_length=64, pattern=NO_NUL)]
 
 
 class Pairing(WireModel):

@@ -110,6 +110,11 @@ def test_a_pin_may_be_typed_as_it_is_shown_and_works_once(lan: Any) -> None:
     assert "mosaic lan pair" in again.json()["cure"]
 
 
+def test_a_pin_that_is_a_number_is_told_to_be_text(lan: Any) -> None:
+    answer = lan.http.post("/api/v1/pairing", json={"pin": 12345, "name": "phone"}).json()
+    assert 'write it as text, in quotes: "012345"' in str(answer)
+
+
 def test_pin_and_code_of_one_offer_pair_one_device(lan: Any) -> None:
     shown = offered(lan)
     assert pair(lan, code=shown.code).status_code == 200

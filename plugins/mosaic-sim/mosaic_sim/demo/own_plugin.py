@@ -89,15 +89,11 @@ def _project(folder: Path) -> dict[str, Any]:
 
 def _single_file(file: Path) -> OwnPlugin:
     found = connectors_in(file)
-    if not found.connectors:
+    if not found.connectors or any(one.unreadable for one in found.connectors):
         told = "; ".join(f"{file}:{one.line}: {one.message}" for one in found.problems)
         cures = "; ".join(dict.fromkeys(one.cure for one in found.problems))
-        cure = (
-            f"mend it first; {cures}"
-            if cures
-            else "write a DataChannelConfigurer or MediaTrackConfigurer with a connector_type into it"
-        )
-        raise DemoFailed(told or f"{file} offers no connector", cure)
+        cure = "write a DataChannelConfigurer or MediaTrackConfigurer with a connector_type into it"
+        raise DemoFailed(told or f"{file} offers no connector", cures or cure)
     points = {one.type: one.entry_point.value for one in found.connectors}
     folder = found.connectors[0].file.parent
     package = next(iter(points.values())).partition(".")[0]

@@ -16,6 +16,7 @@ import yaml
 
 from mosaic_core.runtime.configuration.config_env import masked, unmasked
 from mosaic_core.testing.distributions import write_distribution
+from mosaic_core.words.codes import reason
 from mosaic_sim.demo.child import mosaic_command
 from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.errors import DemoFailed
@@ -26,6 +27,9 @@ _NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
 
 _HEAD = "\nconnectors:\n"
 _MISSING = re.compile(r"(?:No module named|needs) '([\w.]+)'")
+_BROKEN = ("config.broken_plugin", "config.broken_local")
+_OF_ANY_PLUGIN = tuple(reason(code).cure for code in _BROKEN)
+"""For whoever has installed one."""
 _INDEX = re.compile(r"^connectors\[(\d+)\]")
 
 
@@ -171,24 +175,23 @@ def _check(made: RobotFile, plugins: Sequence[OwnPlugin], labels: Sequence[str])
         raise DemoFailed(f"{names} can't be checked", details=(done.stderr or done.stdout).strip()[-2000:]) from None
     if problems:
         cures = dict.fromkeys(filter(None, (_cure(one, plugins) for one in problems)))
-        raise DemoFailed("\n".join(_told(one, labels) for one in problems), "; ".join(cures))
+        raise DemoFailed("\n".join(_told(one, made.path, labels) for one in problems), "; ".join(cures))
 
 
-def _told(problem: Mapping[str, Any], labels: Sequence[str]) -> str:
-    """By the label instead of the place in a file that nobody has written."""
+def _told(problem: Mapping[str, Any], file: Path, labels: Sequence[str]) -> str:
+    """By the label instead of the place in ``file``, which nobody has written."""
     path = _INDEX.sub(lambda found: labels[int(found[1])], str(problem["path"]))
-    return f"{path}: {problem['message']}"
+    code = "" if problem["file"] == str(file) else f" ({problem['file']}:{problem['line']})"
+    return f"{path}: {problem['message']}{code}"
 
 
 def _cure(problem: Mapping[str, Any], plugins: Sequence[OwnPlugin]) -> str:
     """For whoever writes the plugin, not for whoever has installed it."""
-    message = str(problem["message"])
-    if problem["code"] != "config.broken_plugin":
-        return str(problem["cure"])
+    message, cure = str(problem["message"]), str(problem["cure"])
     plugin = next((one for one in plugins if one.source in message), plugins[0])
     missing = _MISSING.search(message)
-    if missing is None:
-        return "mend it, and start the demo again"
+    if missing is None or problem["code"] not in _BROKEN:
+        return cure if cure not in ("", *_OF_ANY_PLUGIN) else "mend it, and start the demo again"
     if not plugin.modules:
         return f"pip install -e {plugin.path}, which installs the dependencies that its pyproject.toml names"
     if plugin.path.with_name(f"{missing[1]}.py").is_file():

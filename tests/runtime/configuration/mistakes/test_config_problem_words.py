@@ -135,6 +135,7 @@ def said_of(params: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"address": "300.1.1.1"}, "address", "expected an IP address such as 192.168.0.1, got '300.1.1.1'", ""),
         ({"file": [1]}, "file", "expected a path, got a list", ""),
         ({"ids": 3}, "ids", "expected a list, got 3", ""),
+        ({"ids": {"a": 3}}, "ids", "expected a list", "begin each entry with `- `"),
         ({"code": "b"}, "code", "expected text that matches ^a+$, got 'b'", ""),
         ({"lasts": "long"}, "lasts", "expected a duration such as 00:00:30, got 'long'", ""),
         ({"at": "noon"}, "at", "expected a date and time such as 2026-01-31T12:00:00Z, got 'noon'", ""),

@@ -84,7 +84,8 @@ async def test_what_only_the_instance_says_is_told_with_its_class_and_line(handl
     problem = await refusal_of(handler)
     kind = type(handler)
     assert problem.message.startswith("connector 'it' of ")
-    assert f" can't be made: {place_of(kind)}: {kind.__name__}: {words}" in problem.message
+    assert f" can't be made: {kind.__name__}: {words}" in f"{problem.message} {problem.cure}"
+    assert f"{problem.file}:{problem.line}" == place_of(kind)
 
 
 async def test_what_it_may_say_is_taken() -> None:
@@ -102,7 +103,8 @@ async def test_two_handlers_of_one_label_are_told_with_their_classes() -> None:
 
 async def test_a_resource_without_a_lease_is_told() -> None:
     problem = await refusal_of(Leased("it"))
-    assert f"Leased ({place_of(Leased)}) needs no lease, so that its resource 'arm' guards nothing" in problem.message
+    assert problem.message.endswith("Leased needs no lease, so that its resource 'arm' guards nothing")
+    assert f"{problem.file}:{problem.line}" == place_of(Leased)
     assert problem.cure == "write requires_lease = True in Leased, or remove its resource"
 
 

@@ -57,6 +57,15 @@ test('code that throws while it is loaded is told with its own words', async () 
   await expect(loadedWidget(server(), WANTED, 0, load)).rejects.toThrow('Its code could not be loaded. boom')
 })
 
+test.each([
+  [new SyntaxError("Unexpected token ')'"), "acme-arm.js is no JavaScript: Unexpected token ')'. `node --check acme-arm.js` shows the line."],
+  [Object.assign(new SyntaxError('expected expression'), { lineNumber: 7 }), 'acme-arm.js:7 is no JavaScript: expected expression.'],
+  [new SyntaxError("'react' does not provide an export named 'useStat'"), "Its code could not be loaded. 'react' does not provide"],
+])('what is no JavaScript is told with its file, and who shows the line: %s', async (error, told) => {
+  const load = modules(() => Promise.reject(error))
+  await expect(loadedWidget(server(), WANTED, 0, load)).rejects.toThrow(told)
+})
+
 test('code that never arrives is given up', async () => {
   vi.useFakeTimers()
   const loading = loadedWidget(server(), WANTED, 0, modules(() => new Promise(() => {})))

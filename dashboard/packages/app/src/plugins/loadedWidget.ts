@@ -29,7 +29,7 @@ export async function loadedWidget(
   const served = servedModule(module, await offerOf(api, attempt > 0))
   if ('why' in served) throw new Error(served.why)
   const url = attempt === 0 ? served.url : `${served.url}?attempt=${attempt}`
-  return exportedWidget(await inTime(checkedReact(load).then(() => load(url))), exportName)
+  return exportedWidget(await inTime(checkedReact(load).then(() => load(url)), `${module.name}.js`), exportName)
 }
 
 /** A page that was opened before the server got a newer one would get that one's React beside its own. */
@@ -49,20 +49,30 @@ function offerOf(api: Pick<RestApi, 'widgets'>, isAnew: boolean): Promise<Widget
   return asked
 }
 
-async function inTime<T>(loading: Promise<T>): Promise<T> {
+async function inTime<T>(loading: Promise<T>, file: string): Promise<T> {
   let timer: ReturnType<typeof setTimeout> | undefined
   const late = new Promise<never>((_, reject) => {
     timer = setTimeout(() => reject(new Error(`Its code did not arrive within ${LOAD_TIMEOUT_MS / 1000} s.`)), LOAD_TIMEOUT_MS)
   })
   try {
-    return await Promise.race([loading.catch(cannotLoad), late])
+    return await Promise.race([loading.catch((error: unknown) => cannotLoad(error, file)), late])
   } finally {
     clearTimeout(timer)
   }
 }
 
-function cannotLoad(error: unknown): never {
+function cannotLoad(error: unknown, file: string): never {
+  if (isUnreadable(error)) {
+    // Firefox alone tells where.
+    const place = 'lineNumber' in error ? `${file}:${String(error.lineNumber)}` : file
+    throw new Error(`${place} is no JavaScript: ${error.message}. \`node --check ${file}\` shows the line.`)
+  }
   throw new Error(`Its code could not be loaded. ${wordsOf(error)}`)
+}
+
+/** A name that another module does not export is a SyntaxError as well, and says which. */
+function isUnreadable(error: unknown): error is SyntaxError {
+  return error instanceof SyntaxError && !/export|import/i.test(error.message)
 }
 
 function wordsOf(error: unknown): string {

@@ -13,6 +13,7 @@ import { fetched } from '../registry/fetched'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { showsMedia, type ShowsMedia } from '../stores/storeKinds'
 import { useEntries } from '../stores/useEntries'
+import { useStoreState } from '../stores/useStoreState'
 import type { PictureState } from '../pictures/frameMeter'
 import { KeptCanvas } from './KeptCanvas'
 import { KeptPicture } from '../pictures/KeptPicture'
@@ -54,7 +55,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const hasMarks = useEntries(robotId, ANNOTATIONS).length > 0
   const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, last, showsDetails: choices.showsDetails })
   const kept = useKeptPicture(store, last, state)
-  const storeState = useReadable(store.state)
+  const storeState = useStoreState(store)
   const isAway = storeState.phase === 'reconnecting'
   const missing = useFirstFrame(store, stream, state)
   useEffect(() => store.setBufferTarget(bufferTargetMs(choices.buffering)), [store, choices.buffering])

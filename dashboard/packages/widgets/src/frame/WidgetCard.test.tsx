@@ -9,6 +9,7 @@ import {
   type Gap,
   type MessageInfo,
   type MosaicClient,
+  type ServerState,
   type StoreState,
 } from '@mosaic/client'
 import { MosaicProvider } from '@mosaic/react'
@@ -55,6 +56,7 @@ let store: FakeStore
 let delivery: DeliveryWatch
 let asked: boolean[]
 let released: number
+let server: Value<ServerState>
 
 beforeEach(() => {
   vi.useFakeTimers()
@@ -63,6 +65,7 @@ beforeEach(() => {
   delivery = new DeliveryWatch(({ on }) => asked.push(on) > 0)
   delivery.greeted({ delivery: 1 })
   released = 0
+  server = new Value<ServerState>('online')
 })
 
 afterEach(() => {
@@ -81,7 +84,7 @@ function shown(entry = ENTRY, widget = chosen(entry)) {
   const storeManager = { getOrCreateStore: () => store, releaseStore: () => (released += 1) }
   return render(
     <MantineProvider env="test">
-      <MosaicProvider client={{ storeManager, connection } as unknown as MosaicClient}>
+      <MosaicProvider client={{ storeManager, connection, server } as unknown as MosaicClient}>
         <WidgetCard robotId="r" entry={entry} widget={widget} alternatives={[]} onChoose={() => {}} />
       </MosaicProvider>
     </MantineProvider>,
@@ -248,6 +251,16 @@ test('a failure of which nothing is known any more is no longer told', () => {
   act(() => delivery.lost())
   act(() => store.state.set({ phase: 'open' }))
   expect(screen.queryByRole('status')).toBeNull()
+})
+
+test('a robot that was offline is not to be started while the server is away', () => {
+  shown()
+  act(() => store.state.set({ phase: 'closed', code: 'signal.robot_offline' }))
+  expect(screen.getByRole('status').textContent).toContain('mosaic run')
+  act(() => server.set('offline'))
+  expect(screen.getByRole('status').textContent).toBe("The server can't be reached. Check the server's address and the network.")
+  act(() => server.set('online'))
+  expect(screen.getByRole('status').textContent).toContain('mosaic run')
 })
 
 test('the details tell what the robot counts and what this page does', async () => {

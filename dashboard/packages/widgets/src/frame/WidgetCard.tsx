@@ -1,5 +1,4 @@
 import { reasonOf, type CatalogueEntry, type Gap, type StoreState } from '@mosaic/client'
-import { useReadable } from '@mosaic/react'
 import { useRef, type ReactNode } from 'react'
 import { failureText } from '../delivery/deliveryText'
 import { DropMark } from '../delivery/DropMark'
@@ -8,6 +7,7 @@ import { useAsPicture } from './usePictureInSight'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
 import { receives, showsMedia, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
+import { useStoreState } from '../stores/useStoreState'
 import { wholeSentence } from '../stores/wholeSentence'
 import { AgeBadge } from './AgeBadge'
 import { CardMenu } from './CardMenu'
@@ -77,7 +77,7 @@ interface OpenWidgetProps {
 }
 
 function OpenWidget({ widget, failureCode, ...props }: OpenWidgetProps) {
-  const state = useReadable(props.store.state)
+  const state = useStoreState(props.store)
   const { Component } = widget
   if (state.phase === 'mismatch') return <Mismatch label={props.entry.label} state={state} />
   return (

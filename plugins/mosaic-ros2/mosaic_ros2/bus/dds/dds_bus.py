@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 import threading
 from typing import Any
 
@@ -17,7 +18,7 @@ from mosaic_ros2.bus.bus import BusError, HeardEndpoint
 from mosaic_ros2.bus.dds.dds_service import DdsServiceCaller
 from mosaic_ros2.bus.dds.dds_topics import DdsPublication, DdsSubscription
 from mosaic_ros2.bus.dds.discovery import Discovery
-from mosaic_ros2.bus.dds.network import configuration
+from mosaic_ros2.bus.dds.network import configuration, why_not_joined
 from mosaic_ros2.bus.dds.wire_types import WireTypes, definitions_of
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.ros_names import topic_of
@@ -53,8 +54,9 @@ class DdsBus:
                     self._participant = DomainParticipant(self.domain)
                     self._discovery = Discovery(self._participant)
                 except DDSException as error:
-                    cure = "look at `interface`, at CYCLONEDDS_URI, and whether the network is up"
-                    raise BusError(f"can't join {self.where}: {error.msg}", cure) from error
+                    there = [name for _, name in socket.if_nameindex()]
+                    what, cure = why_not_joined(self._network[0], there, error.msg)
+                    raise BusError(f"can't join {self.where}: {what}", cure) from error
             return self._participant, self._discovery
 
     def _configure(self) -> None:

@@ -19,6 +19,7 @@ from mosaic_ros2.bus.bus import BusError, HeardEndpoint
 from mosaic_ros2.bus.dds.dds_topics import DdsPublication, WaitingReader
 from mosaic_ros2.bus.qos import RELIABLE
 from mosaic_ros2.bus.ros_names import reply_topic_of, request_topic_of
+from mosaic_ros2.bus.silence import OTHER_RMW
 from mosaic_ros2.cdr.cursor import HEADER_BYTES
 
 _HEADER = struct.Struct("<Qq")
@@ -31,9 +32,6 @@ GONE_S = 1.0
 """How long a reply of a server that is gone may still be on its way."""
 GONE_CURE = "look whether its node has crashed; whether it did what was asked is not known"
 MAX_REPLIES = 64
-OTHER_RMW = (
-    "start its node with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or all of ROS with rmw_zenoh_cpp and `transport: zenoh`"
-)
 
 
 class DdsServiceCaller:

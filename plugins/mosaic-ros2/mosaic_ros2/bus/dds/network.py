@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.sax.saxutils import quoteattr
 
+from mosaic_core.words.errors import hint_at
+
 LOOPBACK = ("lo", "127.0.0.1", "localhost")
 MATCHES_FAST_DDS = "<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
 """What Fast DDS (vendor 1.15) tells of a type with a sequence or an array Cyclone takes for invalid, and then never
@@ -38,6 +40,19 @@ def _network(interface: str, addresses: Sequence[str]) -> str:
     return f"<General>{general}</General><Discovery>{index}<Peers>{found}</Peers></Discovery>"
 
 
+def why_not_joined(interface: str, there: Sequence[str], said: str) -> tuple[str, str]:
+    """What to tell, and the cure, where Cyclone DDS could not begin, which ``said`` no more than that.
+
+    :param there: the names of this machine's interfaces
+    """
+    if interface and not _is_address(interface) and interface not in (*LOOPBACK, *there):
+        return f"no network interface {interface!r}{hint_at(interface, there)}", f"there are: {', '.join(there)}"
+    return said, "look at `interface`, at CYCLONEDDS_URI, and whether the network is up"
+
+
+def _is_address(interface: str) -> bool:
+    return interface.replace(".", "").isdigit() or ":" in interface
+
+
 def _which(interface: str) -> str:
-    is_address = interface.replace(".", "").isdigit() or ":" in interface
-    return f"{'address' if is_address else 'name'}={quoteattr(interface)}"
+    return f"{'address' if _is_address(interface) else 'name'}={quoteattr(interface)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import secrets
 import threading
 from collections.abc import Sequence
@@ -31,7 +32,7 @@ class ZenohSession:
             self.zenoh: Any = zenoh.open(_configuration(routers))
         except zenoh.ZError as error:
             cure = "start one: `ros2 run rmw_zenoh_cpp rmw_zenohd`; another computer's is named in `peers`"
-            raise BusError(f"no Zenoh router at {', '.join(routers or (ROUTER,))}: {error}", cure) from error
+            raise BusError(f"no Zenoh router at {', '.join(routers or (ROUTER,))}: {_told(error)}", cure) from error
         self.id = str(self.zenoh.zid())
         self._lock = threading.Lock()
         self._tokens: dict[str, Token] = {}
@@ -66,6 +67,11 @@ class ZenohSession:
     def close(self) -> None:
         """End the session, which is what the others notice."""
         self.zenoh.close()
+
+
+def _told(error: zenoh.ZError) -> str:
+    """What Zenoh says of it, without the place in its own sources."""
+    return re.sub(r" at \S+\.rs:\d+\.?", "", str(error))
 
 
 def _configuration(routers: Sequence[str]) -> Any:

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 
 import pytest
 
-from mosaic_core import DataChannelReceivable, Message, RequestHandler
+from mosaic_core import DataChannelReceivable, Message, Request, RequestHandler
 from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
-from mosaic_core.runtime.configuration.safety_problems import guard_hints
+from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
 from mosaic_core.words.errors import Problem
 from mosaic_core.words.limits import MotionKind
 from mosaic_core.words.safety_config import FieldBounds, SafetyConfig
@@ -201,3 +201,67 @@ def test_who_is_guarded_by_half_is_told_what_is_missing(
 def test_who_is_stopped_or_moves_nothing_gets_none(handler: Any, safety: dict[str, Any]) -> None:
     one: Any = Place(**safety)
     assert not [hint for hint in guard_hints(one, (handler("it"),)) if "nothing stops it" in hint.message]
+
+
+class Awaits(Named):
+    async def handle_data(self, data: Speed) -> None:
+        """Waits for the event loop."""
+
+
+class AwaitsNothing(Awaits):
+    motion_fields = ()
+
+
+class AsksLater(RequestHandler[Speed, Speed]):
+    requires_lease = True
+
+    async def answer(self, question: Speed, request: Request) -> Speed:
+        return question
+
+
+def test_who_moves_something_on_the_event_loop_is_told() -> None:
+    one: Any = Place(timeout_s=0.3)
+    (hint,) = guard_hints(one, (Awaits("it"),))
+    assert hint.message.startswith(
+        "connector 'it' moves something in an `async def handle_data`: a call that blocks th"
+    )
+    line = Awaits.handle_data.__code__.co_firstlineno
+    assert hint.cure == (f"write `def handle_data` in Awaits ({__file__}:{line}), which runs on a thread of its own")
+
+
+@pytest.mark.parametrize(
+    ("handler", "safety"),
+    [(Named, {"timeout_s": 0.3}), (AwaitsNothing, {"requires_lease": True}), (AsksLater, {})],
+)
+def test_who_moves_nothing_on_the_event_loop_is_not(handler: Any, safety: dict[str, Any]) -> None:
+    one: Any = Place(**safety)
+    assert not [hint for hint in guard_hints(one, (handler("it"),)) if "async def" in hint.message]
+
+
+class Reports(Named):
+    def reported_position(self, field: str) -> float | None:
+        return float(len(field))
+
+
+class ReportsAngles(Joint):
+    def reported_position(self, field: str) -> float | None:
+        return float(len(field))
+
+
+def test_who_reports_positions_and_has_none_is_told() -> None:
+    one: Any = Place(timeout_s=0.3)
+    (hint,) = guard_hints(one, (Reports("it"),))
+    assert hint.message == "connector 'it' reports positions, and none of its numbers is one: nobody asks it"
+    assert hint.cure.startswith(f"name them in position_fields of Reports ({__file__}:")
+
+
+@pytest.mark.parametrize(
+    ("handler", "safety"),
+    [
+        (ReportsAngles, {}),
+        (Reports, {"timeout_s": 0.3, "limits": {"mps": FieldBounds(kind="position", max=1.0)}}),
+    ],
+)
+def test_who_reports_the_positions_that_it_has_is_not(handler: Any, safety: dict[str, Any]) -> None:
+    one: Any = Place(**safety)
+    assert not [hint for hint in guard_hints(one, (handler("it"),)) if "reports positions" in hint.message]

@@ -1,0 +1,110 @@
+"""Tells what the framework can't do for a receiver that moves something: stop it, slow it down, ask where it is."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
+from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.runtime.configuration.catalogue_entry import receivers
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.runtime.configuration.receiver_safety import bounds_of, resource_of, timeout_of
+from mosaic_core.runtime.threads.code_places import standing_at
+from mosaic_core.words.errors import Problem
+
+
+def says_motion(kind: type[DataChannelReceivable[Any]]) -> bool:
+    """Whether its author names ``motion_fields``; ``()`` says that it moves nothing."""
+    return any("motion_fields" in vars(base) for base in kind.__mro__ if base is not DataChannelReceivable)
+
+
+def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """What the framework can't do for a receiver that says it moves something: stop it, or slow it down."""
+    safety = one.safety
+    for handler in receivers(handlers):
+        yield from _unstopped(one, handler)
+        yield from _on_the_loop(one, handler)
+        yield from _unasked(one, handler)
+        message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
+        is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
+        own_limits = handler.limits or safety.limits or safety.field_limits()
+        has_fields = says_motion(type(handler)) or handler.position_fields or own_limits
+        if not is_mover or has_fields:
+            continue
+        if moving := getattr(message_type, "motion_kinds", None):
+            message = (
+                f"connector '{one.config.label}' moves by '{next(iter(moving))}', velocities in a list, which nothing "
+                "can limit"
+            )
+            cure = "bound and slow it down in its own code; a stop still stops it"
+            yield one.problem(message, "safety", cure=cure)
+            continue
+        message = (
+            f"nothing says which numbers move connector '{one.config.label}': a bad link does not slow it down, and "
+            "after a stop was cleared no zero lets it go on, only silence"
+        )
+        cure = "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
+        if message_type in (str, bytes):
+            cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
+        yield one.problem(message, "safety", cure=cure)
+
+
+def acts_on_the_loop(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether its commands are carried out on the event loop."""
+    return inspect.iscoroutinefunction(type(handler).handle_data)
+
+
+def _on_the_loop(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It moves something on the event loop, which waits with it and for which it waits."""
+    kind, has_timeout = type(handler), timeout_of(one.safety, handler) is not None
+    is_leased = resource_of(one.safety, handler) is not None and not says_motion(kind)
+    moves = has_timeout or is_leased or handler.motion_fields or handler.position_fields
+    if moves and acts_on_the_loop(handler) and not isinstance(handler, RequestHandler):
+        message = (
+            f"connector '{one.config.label}' moves something in an `async def handle_data`: a call that blocks there "
+            "holds up the whole robot, its stop too, and between two awaits a safe action may run"
+        )
+        place = standing_at(kind.handle_data)
+        cure = f"write `def handle_data` in {kind.__name__}{place}, which runs on a thread of its own"
+        yield one.problem(message, "safety", cure=cure)
+
+
+def _unasked(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It reports positions, and nothing of it is one."""
+    bounds = bounds_of(handler, one.safety).values()
+    # A velocity whose rate is limited is refused beside a report.
+    is_told = any(its.kind == "position" or its.max_rise_per_s or its.max_fall_per_s for its in bounds)
+    if reports_position(handler) and not handler.position_fields and not is_told:
+        kind = type(handler)
+        message = f"connector '{one.config.label}' reports positions, and none of its numbers is one: nobody asks it"
+        cure = f"name them in position_fields of {kind.__name__}{standing_at(kind)}, or drop reported_position"
+        yield one.problem(message, "safety", cure=cure)
+
+
+def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It moves something, and does not notice silence or has nothing that stops it then."""
+    kind, safety = type(handler), one.safety
+    resource, fields = resource_of(safety, handler), (*handler.motion_fields, *handler.position_fields)
+    has_timeout = timeout_of(safety, handler) is not None
+    has_action = kind.make_safe is not DataChannelReceivable.make_safe
+    is_bounded = isinstance(handler, RequestHandler) or (safety.on_loss or safety.on_timeout) != "callback"
+    if is_bounded or (not fields and (resource is None or says_motion(kind) or has_timeout or has_action)):
+        return
+    if has_timeout and has_action:
+        return
+    why = f"by {' and '.join(map(repr, fields))}" if fields else f"under the lease '{resource}'"
+    missing, consequence = _LACKING[has_timeout, has_action]
+    message = f"connector '{one.config.label}' moves {why}, and {consequence}"
+    rest = "position_fields" if handler.position_fields else "motion_fields"
+    cure = f"write {missing} in {kind.__name__}{standing_at(kind)}, or {rest} = () if it moves nothing"
+    yield one.problem(message, "safety", cure=cure)
+
+
+_LACKING = {
+    (False, False): ("both", "nothing stops it: neither timeout_s nor make_safe"),
+    (True, False): ("make_safe", "nothing stops it: without make_safe nothing happens after timeout_s"),
+    (False, True): ("timeout_s", "nobody notices silence: it has make_safe, and no timeout_s"),
+}
+"""By whether it has a time-out and a safe action: what is missing, and what follows."""
