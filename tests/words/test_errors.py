@@ -14,6 +14,8 @@ from mosaic_core.words.errors import Refused, hint_at, whole_sentence
         ("It is no JSON.", "It is no JSON."),
         ("did you mean 'linear'?", "did you mean 'linear'?"),
         ("and so on …", "and so on …"),
+        ("Stop!", "Stop!"),
+        ("these are known:", "these are known:"),
     ],
 )
 def test_a_sentence_ends_once(text: str, whole: str) -> None:

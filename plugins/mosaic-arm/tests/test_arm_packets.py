@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.devices.servo_chain import DynamixelChain, ServoChain, bitwise_crc
 
-from mosaic_arm.servos.dynamixel import DynamixelFormat, crc16, faults_of
+from mosaic_arm.servos.dynamixel import DYNAMIXEL, DynamixelFormat, crc16, faults_of
 from mosaic_arm.servos.feetech import FEETECH, FeetechFormat, from_sign_bit, to_sign_bit
-from mosaic_arm.servos.packets import PING, PacketFormat, read_block, read_one, write_block
+from mosaic_arm.servos.packets import PING, PacketFormat, ServoReply, read_block, read_one, write_block
 
 FORMATS: dict[str, tuple[PacketFormat, type[ServoChain]]] = {
     "feetech": (FeetechFormat(), ServoChain),
@@ -107,6 +107,25 @@ def test_an_echo_of_what_we_said_is_no_reply_of_a_dynamixel() -> None:
 def test_a_signed_number_of_feetech_is_a_magnitude_and_a_sign(value: int) -> None:
     assert from_sign_bit(to_sign_bit(value, 11), 11) == value
     assert FEETECH.offset.value(FEETECH.offset.spelt(value)) == value
+
+
+def test_each_register_of_a_dynamixel_is_read_from_its_place() -> None:
+    """The manual of the X series: load 126, velocity 128, position 132, voltage 144, temperature 146."""
+    parts = (-123, 2), (-17, 4), (-4097, 4), (111, 4), (222, 4), (119, 2), (41, 1)
+    block = b"".join(value.to_bytes(size, "little", signed=True) for value, size in parts)
+    seen = DYNAMIXEL.reading(ServoReply(1, 0x80, block))
+    assert (seen.load_percent, seen.ticks, seen.voltage_v, seen.temperature_c) == (-12.3, -4097, 11.9, 41)
+    assert seen.ticks_per_s == pytest.approx(-17 * 0.229 * 4096 / 60)
+    assert seen.faults == ("alert",)
+    assert DYNAMIXEL.reading(ServoReply(1, 0x7F, block)).faults == ()
+
+
+def test_each_register_of_a_feetech_is_read_from_its_place() -> None:
+    """The table of the STS series: position 56, speed 58, load 60, voltage 62, temperature 63; signs are bits."""
+    block = b"".join(raw.to_bytes(2, "little") for raw in (0x8000 | 300, 0x8000 | 77, 0x0400 | 250)) + bytes((74, 38))
+    seen = FEETECH.reading(ServoReply(1, 0x24, block))
+    assert (seen.ticks, seen.ticks_per_s, seen.load_percent) == (-300, -77, -25.0)
+    assert (seen.voltage_v, seen.temperature_c, seen.faults) == (7.4, 38, ("overheating", "overload"))
 
 
 def test_faults_of_a_dynamixel_have_words() -> None:

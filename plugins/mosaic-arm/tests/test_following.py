@@ -11,7 +11,7 @@ angles = st.fixed_dictionaries({"a": st.floats(-3, 3), "b": st.floats(-3, 3)})
 
 
 def test_nothing_is_said_while_nobody_knows_where_the_follower_is() -> None:
-    following = Following()
+    following = Following(0.4)
     assert following.target({"a": 1.0}, None, 0.01) is None
     assert following.phase == "waiting"
 
@@ -47,7 +47,7 @@ def test_a_follower_that_does_not_move_is_never_taken_for_near() -> None:
 
 
 def test_a_follower_that_was_left_behind_is_fetched_slowly() -> None:
-    following = Following()
+    following = Following(0.4)
     following.target({"a": 0.0}, {"a": NEAR_RAD / 2}, 0.01)
     assert following.phase == "following"
     assert following.target({"a": FAR_RAD * 2}, {"a": 0.0}, 0.01) == {"a": 0.0}
@@ -55,11 +55,11 @@ def test_a_follower_that_was_left_behind_is_fetched_slowly() -> None:
 
 
 def test_a_state_that_is_lost_begins_anew() -> None:
-    following = Following()
+    following = Following(0.4)
     following.target({"a": 0.0}, {"a": 0.0}, 0.01)
     assert following.target({"a": 0.0}, None, 0.01) is None
     assert following.phase == "waiting"
 
 
 def test_joints_that_only_one_has_are_left_out() -> None:
-    assert Following().target({"a": 0.0, "x": 1.0}, {"a": 0.0, "y": 1.0}, 0.01) == {"a": 0.0}
+    assert Following(0.4).target({"a": 0.0, "x": 1.0}, {"a": 0.0, "y": 1.0}, 0.01) == {"a": 0.0}

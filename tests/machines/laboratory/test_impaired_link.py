@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import random
+import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -71,6 +73,18 @@ def test_reordering_lets_packets_overtake() -> None:
     link = ImpairedLink(LinkProfile("x", delay_ms=50, jitter_ms=20, reorder=0.3))
     arrivals = [arrival for arrival in run(link, 300) if arrival is not None]
     assert arrivals != sorted(arrivals)
+
+
+def test_profiles_are_those_of_the_page_about_bad_networks() -> None:
+    page = (Path(__file__).parents[3] / "docs/howto/test-on-bad-networks.md").read_text()
+    rows = re.findall(r"\| `(.+)` \| (.+) \| (.+) \| (.+) \|", page.partition("## ")[0])
+    assert rows == [as_told(name, profile) for name, profile in PROFILES.items()]
+
+
+def as_told(name: str, its: LinkProfile) -> tuple[str, str, str, str]:
+    delay = f"{its.delay_ms} ± {its.jitter_ms} ms" if its.delay_ms else "nothing added"
+    rate = "none" if its.rate_mbps is None else f"{its.rate_mbps} Mbit/s"
+    return name, delay, f"{its.loss:.0%}".replace("%", " %") if its.loss else "none", rate
 
 
 @given(at=st.floats(0, 1e6), chance=SHARES, deviation=st.floats(-1, 1), reorder=SHARES, size=st.integers(1, 65535))

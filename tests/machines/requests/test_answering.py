@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 
 import pytest
@@ -9,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.requests.answering import MAX_OPEN, MAX_OPEN_OF_ONE, PROGRESS_HZ, Answering
-from mosaic_core.machines.requests.request_words import RequestAnswer, RequestProgress, RequestRefusal
+from mosaic_core.machines.requests.request_words import (
+    RequestAnswer,
+    RequestProgress,
+    RequestRefusal,
+    RequestReply,
+    reply_of,
+    reply_text,
+)
 from mosaic_core.words.errors import Refused
 
 WITHIN_S = 10.0
@@ -77,6 +85,15 @@ def test_nobody_takes_back_anothers_request() -> None:
     told = it.cancelled("a", "1")
     assert told is not None
     assert told.word == RequestRefusal("1", "request.cancelled")
+
+
+@pytest.mark.parametrize("number", ["7", None])
+@pytest.mark.parametrize("kind", [RequestAnswer, RequestProgress])
+def test_what_a_robot_says_is_read_as_it_was_said(
+    kind: type[RequestAnswer] | type[RequestProgress], number: str | None
+) -> None:
+    said: tuple[RequestReply, ...] = (kind(number, {"done": 3}), RequestRefusal(number, "arm.moving", "it moves"))
+    assert [reply_of(json.dumps(reply_text(one)).encode()) for one in said] == list(said)
 
 
 def test_progress_is_thinned_to_the_newest() -> None:

@@ -23,7 +23,7 @@ class Following:
     toward the leader at first.
     """
 
-    approach_radps: float = 0.4
+    approach_radps: float
     phase: FollowPhase = "waiting"
     _at: dict[str, float] = field(default_factory=dict)
 
