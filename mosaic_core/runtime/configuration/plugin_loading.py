@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pkgutil import iter_modules
@@ -42,7 +43,8 @@ def load_configurer(
         try:  # an import may fail in any way, even by sys.exit()
             if local is not None:
                 local.prepare()
-            with told_when_slow(f"the import of connector type '{entry_point.name}' of {source}"):
+            slow = told_when_slow(f"the import of connector type '{entry_point.name}' of {source}")
+            with slow, redirect_stdout(sys.stderr):  # what it prints is not for who reads the command's output
                 loaded = entry_point.load()
         except (Exception, SystemExit) as raised:  # noqa: BLE001
             error = raised

@@ -183,6 +183,15 @@ def test_the_right_api_version_may_be_declared(install_distribution: InstallDist
     assert resolver.find("good").source == "acme_good"
 
 
+def test_what_a_plugin_prints_while_it_is_imported_is_no_output_of_the_command(
+    install_distribution: InstallDistribution, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = CONFIGURER.format(before="print('hello')", type="talks", more="")
+    install_distribution("acme-talks", modules={"acme_talks": source})
+    ConnectorResolver([EntryPoint("talks", "acme_talks:Configurer", "mosaic.connectors")]).resolve("talks")
+    assert capsys.readouterr() == ("", "hello\n")
+
+
 def test_a_broken_plugin_disturbs_no_other(
     acme: ConnectorResolver, entry_points_of: Callable[[str], EntryPoint]
 ) -> None:
