@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -18,7 +19,8 @@ if STACKS not in sys.path:
     sys.path.append(STACKS)
 
 from pair_report import PairReport, is_ci  # noqa: E402
-from support.side_by_side import SideBySide  # noqa: E402
+from support.own_network import enter_own_network  # noqa: E402
+from support.side_by_side import RealPeersScheduling, longest_first  # noqa: E402
 
 os.environ.setdefault("SSL_CERT_FILE", str(Path(__file__).parent / "tests" / "support" / "authority.pem"))
 """An authority whose key nobody has and whose days are over: nothing is vouched for. To read all that a system trusts,
@@ -36,14 +38,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--pairs", action="store_true", help="bring the table of pairs up to date; with CI=true: fail if it is stale"
     )
     parser.addoption(
-        "--own-networks", type=int, help="so many processes side by side, each with a network of its own; as root"
+        "--own-networks", action="store_true", help="with -n: each of the processes has a network of its own; as root"
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if count := config.getoption("--own-networks"):
-        config.pluginmanager.register(SideBySide(count))
+    if config.getoption("--own-networks") and hasattr(config, "workerinput"):
+        enter_own_network()
     config.pluginmanager.register(PairReport(updates=config.getoption("--pairs"), is_ci=is_ci()), "mosaic-pairs")
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> RealPeersScheduling | None:
+    return RealPeersScheduling(config, log) if config.getoption("--own-networks") else None
 
 
 @pytest.hookimpl(wrapper=True)
@@ -56,6 +62,11 @@ def pytest_collection() -> Generator[None, object, object]:
     finally:
         gc.enable()
         gc.freeze()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if hasattr(config, "workerinput"):
+        longest_first(items)
 
 
 @pytest.hookimpl(wrapper=True)

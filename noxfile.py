@@ -58,15 +58,14 @@ TYPED = [
 @nox.session
 def tests(session: nox.Session) -> None:
     """Everything in Python but the browser, side by side, each process in a network of its own: while real peers wait,
-    others compute. All are forks of one that has read the tests. Without root, where such networks can't be made, real
-    peers follow one after the other."""
+    others compute. Without root, where such networks can't be made, real peers follow one after the other."""
     left = [f"--ignore={name}" for name in _computing()] if IS_WHOLE else []
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
     ros(session)
     if _may_make_networks():
-        _test(session, "not e2e", *left, "--own-networks", str(WORKERS))
+        _test(session, "not e2e", *SIDE_BY_SIDE, *left, "--own-networks")
     else:
         _test(session, f"not e2e and not ({REAL_PEERS})", *SIDE_BY_SIDE, *left)
         _test(session, f"not e2e and ({REAL_PEERS})", files=_with_mark("webrtc", "netlab"))
