@@ -91,7 +91,7 @@ def test_new_plugins_and_what_the_kit_takes_of_a_camera_are_typed_strictly(packa
     """All kinds at once: most of the time goes into what they import."""
     folders = [str(packages / f"acme-{kind}" / f"acme_{kind}") for kind in KINDS]
     (tmp_path / "test_eye.py").write_text(TYPED_TEST)
-    folders.append(str(tmp_path / "test_eye.py"))
+    folders += [str(tmp_path / "test_eye.py"), str(packages / "acme-camera" / "tests" / "test_connector.py")]
     assert "no issues" in checked(packages, "sensor", "mypy", "--strict", "--cache-dir", str(CACHE), *folders)
 
 
