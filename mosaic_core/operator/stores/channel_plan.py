@@ -159,14 +159,16 @@ def entry_of(catalogue: Catalogue, label: str) -> CatalogueEntry:
 
 
 def check_answers(label: str, known: Known) -> None:
-    """Refuse a question to a connector that goes one way only, as far as the robot announces it. Raises
-    :class:`ConnectionFailed` with the nearest label that answers."""
+    """Refuse a question to a connector that goes one way only, or that describes its messages and no answers, as far
+    as the robot announces it. Raises :class:`ConnectionFailed` with the nearest label that answers."""
     if known.catalogue is None or known.is_told:
         return
     entry = found_entry(known.catalogue, label)
-    if entry is None or entry.direction is Direction.BOTH:
-        return  # nobody has that label, which is told by whoever opens its channel
-    raise _no_answers(label, known.catalogue)
+    if entry is None:
+        return  # told by whoever opens its channel
+    is_undescribed = entry.message_schema is None and entry.direction is Direction.BOTH
+    if entry.answer_schema is None and not is_undescribed:
+        raise _no_answers(label, known.catalogue)
 
 
 def answering_entry(label: str, known: Known) -> CatalogueEntry:

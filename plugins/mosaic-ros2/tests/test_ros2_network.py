@@ -45,8 +45,8 @@ def test_topics_of_others_and_what_ros_keeps_to_itself_are_told_apart() -> None:
 
 
 def test_an_interface_that_is_not_there_is_told_with_those_that_are() -> None:
-    with pytest.raises(BusError, match=r"no network interface 'l0'; did you mean 'lo'\?; there are: .*\blo\b"):
-        DdsBus(231, TypeBook(shares=()), "l0").endpoints()
+    with pytest.raises(BusError, match=r"no network interface 'llo'; did you mean 'lo'\?; there are: .*\blo\b"):
+        DdsBus(231, TypeBook(shares=()), "llo").endpoints()
 
 
 @pytest.mark.parametrize("interface", ["", "lo", "localhost", "10.9.9.9", "fe80::1"])

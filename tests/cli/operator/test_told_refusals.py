@@ -29,6 +29,8 @@ def test_the_journal_shows_time_code_and_gate_whole_at_80_columns(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("TERM", "dumb")
     entry = JournalEntry(
         number=1, at="2026-01-31T12:00:00.123+00:00", what="command.refused", who="a.long.name@robots.example.org",
         subject="the/arm/on/the/left", code="lease.original_observes", gate="sequence", message="rpm: Field required",

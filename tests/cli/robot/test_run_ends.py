@@ -19,7 +19,7 @@ from mosaic_core.testing.distributions import write_distribution
 ACME = """
 import asyncio, time
 from pathlib import Path
-from mosaic_core import DataChannelConfigurer, DataChannelJsonReceivable, DataChannelSendable, Params
+from mosaic_core import DataChannelConfigurer, DataChannelJsonReceivable, DataChannelSendable, NoParams, Params
 
 
 class Asleep(DataChannelSendable[str]):

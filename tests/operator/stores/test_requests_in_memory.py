@@ -11,7 +11,16 @@ from typing import Any, ClassVar
 
 import pytest
 
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, NoParams, Refused, Request, RequestHandler
+from mosaic_core import (
+    DataChannelBidirectional,
+    DataChannelConfigurer,
+    DataChannelSendable,
+    Message,
+    NoParams,
+    Refused,
+    Request,
+    RequestHandler,
+)
 from mosaic_core.laboratory.joining import Joined, connector, joined, until
 from mosaic_core.operator import RequestFailed, RequestRefused
 from mosaic_core.words.errors import ConfigError, ConnectionFailed, MosaicError
@@ -211,8 +220,21 @@ class SumsConfigurer(DataChannelConfigurer[NoParams]):
         return Sums(self.label)
 
 
-async def test_what_answers_no_requests_is_told_with_the_nearest_label_that_does() -> None:
-    async with joined(*CONNECTORS, connector(SumsConfigurer, label="added")) as link:
+class Abacus(DataChannelBidirectional[Total]):
+    def handle_data(self, data: Total) -> None:
+        """It keeps what it hears to itself."""
+
+
+class AbacusConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Abacus:
+        return Abacus(self.label)
+
+
+@pytest.mark.parametrize("deaf", [SumsConfigurer, AbacusConfigurer])
+async def test_what_answers_no_requests_is_told_with_the_nearest_label_that_does(
+    deaf: type[DataChannelConfigurer[NoParams]],
+) -> None:
+    async with joined(*CONNECTORS, connector(deaf, label="added")) as link:
         with pytest.raises(ConnectionFailed) as told:
             await link.connection.request("added", {})
         assert told.value.message == "'added' answers no requests; did you mean 'adder'?"
