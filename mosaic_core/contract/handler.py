@@ -33,7 +33,7 @@ from mosaic_core.contract.declared.class_values import (
     is_said_later,
 )
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
-from mosaic_core.contract.declared.sent_picture import check_picture
+from mosaic_core.contract.declared.sent_picture import check_picture, check_stamp
 from mosaic_core.contract.declared.sent_sound import check_sound
 from mosaic_core.contract.declared.type_arguments import TypeArguments
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
@@ -460,6 +460,8 @@ class MediaTrackHandler(Handler):
         """Hand over one picture from any thread; ``False`` if nobody watches. Raises :class:`MosaicError`
         (``plugin.wrong_message``) for what is no picture."""
         check_picture(type(self), picture.image if isinstance(picture, Captured) else picture)
+        if isinstance(picture, Captured):
+            check_stamp(type(self), picture.captured_at_s)
         return self._host.offer(self.label, picture)
 
 

@@ -112,6 +112,7 @@ def test_the_body_may_refuse() -> None:
         (None, "declares Weight and answers NoneType (answer: "),
         ({"grams": 1}, "declares Weight and answers dict (kilograms: Field required; of: Field required)"),
         ({"kilograms": math.nan, "of": "Alice"}, "declares Weight and answers dict (answer: Value error, kilograms is"),
+        (Weight.model_construct(kilograms=1.0, of=math.nan), "answers what Weight does not declare: Expected `str`"),
         (Weight(kilograms=math.nan, of="Alice"), "answers 'kilograms', which is no finite number and not declared as"),
     ],
 )

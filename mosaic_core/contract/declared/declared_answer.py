@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic_core import PydanticSerializationError
 
 from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.machines.delivery.finite_message import finite
@@ -24,7 +25,11 @@ class DeclaredAnswer:
         """``answer`` as JSON-ready values, with null for a number that is not finite and may be absent. Raises
         :class:`MosaicError` (``plugin.wrong_message``) for anything that the class does not declare."""
         try:
-            plain = self._adapter.dump_python(self._adapter.validate_python(answer), mode="json")
+            # What a model holds unchecked, such as NaN in an `int`, would leave as null.
+            plain = self._adapter.dump_python(self._adapter.validate_python(answer), mode="json", warnings="error")
+        except PydanticSerializationError as error:
+            told = str(error).partition("PydanticSerializationUnexpectedValue(")[2].rstrip(") \n")
+            raise self._wrong(f"answers what {self._name} does not declare: {told}") from None
         except ValidationError as error:
             mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
             told = (f"{'.'.join(map(str, one['loc'])) or 'answer'}: {one['msg']}" for one in mistakes)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator
+from difflib import get_close_matches
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 
+_FIELD_WORDS = frozenset(inspect.signature(Field).parameters)
 _NOTHING = object()
 """In place of a value that is not looked at."""
 
@@ -18,6 +21,7 @@ _NOTHING = object()
 def check_defaults(cls: type[BaseModel], context: Any = None) -> None:
     """Refuse a plain default that is of another kind than its field, or beyond its bounds. What a ``default_factory``
     makes is not asked for, and a validator of the author's own may be meant for what somebody writes."""
+    _check_field_words(cls)
     fields = cls.model_fields.items()
     written = {name: its.default for name, its in fields if not its.is_required() and its.default_factory is None}
     for mistake in _mistakes(cls, written, context):
@@ -26,6 +30,16 @@ def check_defaults(cls: type[BaseModel], context: Any = None) -> None:
         message = f"the default of its field '{name}' is {written[name]!r}; {expected}."
         cure = f"Correct the default of '{name}', or the type of the field."
         raise wrong_declaration(cls, message, f"{meant} {cure}" if meant else cure)
+
+
+def _check_field_words(cls: type[BaseModel]) -> None:
+    """Refuse a misspelt word of ``Field``: pydantic keeps it for the schema, and nothing reads it."""
+    for name, field in cls.model_fields.items():
+        extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+        for word in extra.keys() - _FIELD_WORDS:
+            if meant := get_close_matches(word, _FIELD_WORDS, 1, 0.8):
+                message = f"Field of '{name}' has '{word}', which nothing reads; did you mean '{meant[0]}'?"
+                raise wrong_declaration(cls, message, f"Write {meant[0]}.")
 
 
 def _mistakes(cls: type[BaseModel], written: dict[str, Any], context: Any) -> Iterator[ErrorDetails]:

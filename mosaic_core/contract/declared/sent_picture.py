@@ -3,13 +3,17 @@ loaded, nothing is of theirs."""
 
 from __future__ import annotations
 
+import math
 import sys
+import time
 from typing import Any
 
 from mosaic_core.contract.declared.yielded import caller, kind_of
 from mosaic_core.words.errors import MosaicError
 
 TAKEN = "a picture is uint8 (height, width, 3) in BGR order, or (height, width) for gray"
+_NEAR_WALL_S = 86_400.0
+"""No monotonic clock is within a day of the wall's: it begins with the machine."""
 _OTHERS = "A `Captured`, an `av.VideoFrame` or an `av.Packet` is taken, too."
 
 
@@ -19,6 +23,18 @@ def check_picture(handler: type, image: object) -> None:
         return
     place = caller()
     message = f"{handler.__qualname__}{f' ({place})' if place else ''} sends {kind_of(image)}; {TAKEN}. {cure}"
+    raise MosaicError(message, code="plugin.wrong_message", cure=cure)
+
+
+def check_stamp(handler: type, captured_at_s: float) -> None:
+    """Raise :class:`MosaicError` (``plugin.wrong_message``) for what is no time of the robot's monotonic clock: its
+    pictures would have a false age, on which commands may be gated."""
+    if math.isfinite(captured_at_s) and abs(captured_at_s - time.time()) > _NEAR_WALL_S:
+        return
+    where = f" ({place})" if (place := caller()) else ""
+    told = "no finite number" if not math.isfinite(captured_at_s) else "a time of the wall clock"
+    cure = "Take it from `self.monotonic_s()`, or leave out the `Captured`: the picture is of now then."
+    message = f"{handler.__qualname__}{where} says captured_at_s={captured_at_s:.3f}, {told}. {cure}"
     raise MosaicError(message, code="plugin.wrong_message", cure=cure)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from contextlib import redirect_stdout
@@ -15,7 +16,7 @@ from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.runtime.threads.code_places import code_of, explained_error, is_own, place_of, raised_at, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
-from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.config import LABEL, SafetyConfig
 from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError, PluginError, guess
 
 
@@ -83,6 +84,10 @@ def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, make_error: C
     if loaded.connector_type != entry_point.name:
         cure = f'name both alike: connector_type = "{entry_point.name}", or the entry point'
         raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure})")
+    if not LABEL.match(loaded.connector_type):
+        written = re.sub("[^a-z0-9]+", "-", loaded.connector_type.lower()).strip("-")
+        cure = f'write connector_type = "{written}"' if written else "write it in kebab-case"
+        raise broken(f"the connector_type of {loaded.__name__} is '{loaded.connector_type}', no name for a type", cure)
     missing = sorted(getattr(loaded, "__abstractmethods__", ()))
     if missing:
         cure = f"write {' and '.join(f'{name}(self)' for name in missing)} in {loaded.__name__}"

@@ -280,6 +280,14 @@ def test_a_broken_yaml_file_of_a_plugin_is_told(lamp: Path) -> None:
         plugin_at(lamp)
 
 
+def test_a_misspelt_type_in_the_file_of_a_plugin_is_told_before_its_entry_is_left_out(lamp: Path) -> None:
+    config = lamp / "mosaic_config.yaml"
+    config.write_text(config.read_text().replace("type: acme-lamp", "type: acme-lmap"))
+    with pytest.raises(DemoFailed, match="the connector type 'acme-lmap' is none of this plugin's") as told:
+        plugin_at(lamp)
+    assert told.value.cure == "write acme-lamp"
+
+
 def test_every_kind_of_new_plugin_can_join_at_once(tmp_path: Path) -> None:
     for kind in KINDS:
         NewPlugin(f"acme-{kind}", kind).write(tmp_path / kind)

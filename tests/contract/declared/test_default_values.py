@@ -99,6 +99,15 @@ def test_the_line_is_that_of_the_class_and_the_nearest_word_is_named() -> None:
     assert "did you mean 'slow'? Correct the default of 'speed'" in str(refused.value)
 
 
+def test_a_misspelt_word_of_a_field_is_refused_and_one_of_the_schema_is_not() -> None:
+    words: dict[str, Any] = {"defualt": 320}
+    with pytest.warns(DeprecationWarning, match="extra keyword arguments"):
+        field = Field(**words)
+    with pytest.raises(MosaicError, match=r"'defualt', which nothing reads; did you mean 'default'\?"):
+        made(Params, int, field)
+    assert "speed" in made(Params, int, Field(default=3, json_schema_extra={"unit": "px"})).model_fields
+
+
 def test_what_a_measured_number_may_be_a_default_may_be() -> None:
     assert "speed" in made(Message, float | None, math.nan).model_fields
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from types import ModuleType
 from typing import Any
@@ -125,6 +127,20 @@ def test_what_is_no_picture_is_told_with_its_shape_and_line(kind: Any, picture: 
 )
 def test_what_is_a_picture_is_taken(picture: Any) -> None:
     assert take_frames(Yielding(picture), 2)[1] is picture
+
+
+@pytest.mark.parametrize(
+    ("stamp_s", "said"),
+    [(time.time(), "a time of the wall clock"), (math.nan, "no finite number")],
+    ids=["wall", "nan"],
+)
+def test_a_time_of_another_clock_is_told_with_its_line(stamp_s: float, said: str) -> None:
+    """Commands are gated on how old the picture is that their operator sees."""
+    with pytest.raises(MosaicError) as caught:
+        take_frames(Yielding(Captured(GOOD, stamp_s)), 2)
+    assert caught.value.message.startswith(f"Yielding ({__file__}:")
+    assert f"says captured_at_s={stamp_s:.3f}, {said}. Take it from `self.monotonic_s()`" in caught.value.message
+    assert caught.value.code == "plugin.wrong_message"
 
 
 def test_the_line_of_a_picture_that_is_pushed_is_that_of_the_push() -> None:

@@ -174,6 +174,20 @@ def test_what_a_configurer_says_wrongly_is_told(
     assert error.cure.startswith(cure)
 
 
+def test_a_type_that_no_file_could_name_is_told(install_distribution: InstallDistribution) -> None:
+    source = CONFIGURER.format(before="", type="Plasma Cam", more="")
+    install_distribution(
+        "acme-plasma",
+        modules={"acme_plasma": source},
+        entry_points={"mosaic.connectors": {"Plasma Cam": "acme_plasma:Configurer"}},
+    )
+    with pytest.raises(
+        PluginError, match="the connector_type of Configurer is 'Plasma Cam', no name for a type"
+    ) as told:
+        ConnectorResolver().resolve("Plasma Cam")
+    assert told.value.cure == 'write connector_type = "plasma-cam"'
+
+
 def test_the_right_api_version_may_be_declared(install_distribution: InstallDistribution) -> None:
     install_distribution(
         "acme-good", modules={"acme_good": CONFIGURER.format(before="MOSAIC_API_VERSION = 1", type="good", more="")}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from mosaic_core.runtime.configuration.resolver import GROUP
 from mosaic_sim.demo.errors import DemoFailed
 
 CONFIG = "mosaic_config.yaml"
+_ALIKE = 0.8
+"""A type so much like one of the plugin's own is meant to be that; what is less alike, another plugin offers."""
 Entry = dict[str, Any]
 """One of ``connectors:`` in a YAML file, its references to the environment masked."""
 
@@ -112,7 +115,11 @@ def _entries(config: Path, types: Mapping[str, str]) -> tuple[Entry, ...]:
             f"{config} can't be read: {error}", "mend it, or take it away: params then have defaults"
         ) from None
     listed = tree.get("connectors") if isinstance(tree, dict) else None
-    entries = [one for one in listed or () if isinstance(one, dict) and one.get("type") in types]
+    every = [one for one in listed or () if isinstance(one, dict)]
+    for strange in (str(one.get("type", "")) for one in every if one.get("type") not in types):
+        if meant := get_close_matches(strange, types, 1, _ALIKE):
+            raise DemoFailed(f"{config}: the connector type '{strange}' is none of this plugin's", f"write {meant[0]}")
+    entries = [one for one in every if one.get("type") in types]
     named = {one["type"] for one in entries}
     entries += [{"type": one} for one in types if one not in named]
     return tuple({**one, "label": str(one.get("label") or one["type"].replace("-", "_"))} for one in entries)
