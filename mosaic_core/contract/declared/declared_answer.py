@@ -28,8 +28,8 @@ class DeclaredAnswer:
             # What a model holds unchecked, such as NaN in an `int`, would leave as null.
             plain = self._adapter.dump_python(self._adapter.validate_python(answer), mode="json", warnings="error")
         except PydanticSerializationError as error:
-            told = str(error).partition("PydanticSerializationUnexpectedValue(")[2].rstrip(") \n")
-            raise self._wrong(f"answers what {self._name} does not declare: {told}") from None
+            said = str(error).partition("PydanticSerializationUnexpectedValue(")[2].rstrip(") \n")
+            raise self._wrong(f"answers what {self._name} does not declare: {said}") from None
         except ValidationError as error:
             mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
             told = (f"{'.'.join(map(str, one['loc'])) or 'answer'}: {one['msg']}" for one in mistakes)
