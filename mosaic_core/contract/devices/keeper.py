@@ -33,8 +33,9 @@ class Keeper:
         patience_s: float = PATIENCE_S, retry: BackoffPolicy = RETRY,
     ) -> None:  # fmt: skip
         """``name``: of the thread. ``turn``: opens what is not open, or does one piece of work, and returns the seconds
-        until the next turn, ``None``: until :meth:`wake`. ``leave``: on the thread, after the last turn, also after
-        one that raised. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after failures."""
+        until the next turn, ``None``: until :meth:`wake`; what it raises is logged, and it is called again. ``leave``:
+        on the thread, after the last turn. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after
+        failures."""
         self._name = name
         self._turn = turn
         self._leave = leave
@@ -116,10 +117,19 @@ class _KeeperThread(threading.Thread):
     def run(self) -> None:
         try:
             while not self.is_over:
-                self.wait(self._turn())
+                self.wait(self._taken())
         finally:
             if self._leave is not None and self.keeper.is_taken_by(self):
                 self._leave()
+
+    def _taken(self) -> float | None:
+        """One turn; what it raises is told, and another one tries again: a device shall not be given up for it."""
+        try:
+            return self._turn()
+        except Exception:  # noqa: BLE001 - code of a plugin may raise anything
+            wait_s = self.keeper.failed()
+            _log.exception("%s: a turn failed; the next one comes in %s s", self.name, wait_s)
+            return wait_s
 
     def wait(self, seconds: float | None) -> None:
         if not self.is_over:

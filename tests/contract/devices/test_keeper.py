@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import pytest
 
 from mosaic_core import Keeper
+from mosaic_core.machines.timing.backoff import BackoffPolicy
 
 IN_TIME_S = 20.0
 LONG_S = 600.0
@@ -112,15 +113,22 @@ def test_stop_waits_for_the_turn_and_for_what_comes_last() -> None:
     assert keeper.is_stopping
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_the_last_act_comes_after_a_turn_that_raised_too() -> None:
-    left = threading.Event()
+def test_a_turn_that_raises_is_told_and_followed_by_another_one(caplog: pytest.LogCaptureFixture) -> None:
+    works, left = threading.Event(), threading.Event()
 
     def turn() -> float | None:
-        raise RuntimeError("no such register")
+        if not keeper.is_failing:
+            raise RuntimeError("no such register")
+        works.set()
+        return None
 
-    with started(Keeper("bus", turn, left.set)):
-        assert left.wait(IN_TIME_S)
+    keeper = Keeper("bus", turn, left.set, retry=BackoffPolicy(0.001, max_s=0.001))
+    with started(keeper):
+        assert works.wait(IN_TIME_S)
+    assert left.is_set()
+    (told,) = caplog.records
+    assert told.getMessage() == "bus: a turn failed; the next one comes in 0.001 s"
+    assert "no such register" in str(told.exc_info)
 
 
 def test_a_keeper_that_was_not_started_stops_and_is_woken_for_nothing() -> None:
