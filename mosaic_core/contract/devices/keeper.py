@@ -117,19 +117,20 @@ class _KeeperThread(threading.Thread):
     def run(self) -> None:
         try:
             while not self.is_over:
-                self.wait(self._taken())
+                self._take()
         finally:
             if self._leave is not None and self.keeper.is_taken_by(self):
                 self._leave()
 
-    def _taken(self) -> float | None:
-        """One turn; what it raises is told, and another one tries again: a device shall not be given up for it."""
+    def _take(self) -> None:
+        """One turn and its rest; what is wrong with it is told, and another one tries again: a device shall not be
+        given up for it."""
         try:
-            return self._turn()
-        except Exception:  # noqa: BLE001 - code of a plugin may raise anything
+            self.wait(self._turn())
+        except Exception:  # noqa: BLE001 - code of a plugin may raise anything, and return what is no time
             wait_s = self.keeper.failed()
             _log.exception("%s: a turn failed; the next one comes in %s s", self.name, wait_s)
-            return wait_s
+            self.wait(wait_s)
 
     def wait(self, seconds: float | None) -> None:
         if not self.is_over:

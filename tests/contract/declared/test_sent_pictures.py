@@ -143,6 +143,11 @@ def test_a_time_of_another_clock_is_told_with_its_line(stamp_s: float, said: str
     assert caught.value.code == "plugin.wrong_message"
 
 
+def test_a_board_whose_wall_clock_was_never_set_shows_its_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time, "time", time.monotonic)
+    assert len(take_frames(Yielding(Captured(GOOD, time.monotonic())), 2)) == 2
+
+
 def test_the_line_of_a_picture_that_is_pushed_is_that_of_the_push() -> None:
     eye = Yielding(GOOD)
     fake_host(eye).accepts = False

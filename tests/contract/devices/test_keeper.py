@@ -113,12 +113,19 @@ def test_stop_waits_for_the_turn_and_for_what_comes_last() -> None:
     assert keeper.is_stopping
 
 
-def test_a_turn_that_raises_is_told_and_followed_by_another_one(caplog: pytest.LogCaptureFixture) -> None:
+def no_such_register() -> float:
+    raise RuntimeError("no such register")
+
+
+@pytest.mark.parametrize(("wrong", "said"), [(no_such_register, "no such register"), (lambda: "1", "'str'")])
+def test_a_turn_that_is_wrong_is_told_and_followed_by_another_one(
+    caplog: pytest.LogCaptureFixture, wrong: Callable[[], float], said: str
+) -> None:
     works, left = threading.Event(), threading.Event()
 
     def turn() -> float | None:
         if not keeper.is_failing:
-            raise RuntimeError("no such register")
+            return wrong()
         works.set()
         return None
 
@@ -128,7 +135,7 @@ def test_a_turn_that_raises_is_told_and_followed_by_another_one(caplog: pytest.L
     assert left.is_set()
     (told,) = caplog.records
     assert told.getMessage() == "bus: a turn failed; the next one comes in 0.001 s"
-    assert "no such register" in str(told.exc_info)
+    assert said in str(told.exc_info)
 
 
 def test_a_keeper_that_was_not_started_stops_and_is_woken_for_nothing() -> None:
