@@ -557,7 +557,8 @@ def parse_control(text: str) -> ControlMessage | None:
     message = CONTROL_MESSAGES.get(envelope["type"])
     if message is None:
         return None
+    data = envelope.get("data")
     try:
-        return message.model_validate(envelope.get("data") or {})
+        return message.model_validate({} if data is None else data)
     except ValidationError as error:
         raise WireError(f"control channel: {message.type}: wrong or missing {wrong_fields(error)}") from error

@@ -96,6 +96,17 @@ def test_control_messages_read_what_they_write() -> None:
     assert parse_control('{"type":"future"}') is None
 
 
+def test_a_control_message_without_anything_to_say_may_leave_its_data_out() -> None:
+    assert parse_control('{"type":"lease.keep"}') == parse_control('{"type":"lease.keep","data":null}')
+    assert parse_control('{"type":"lease.keep"}') is not None
+
+
+@pytest.mark.parametrize("data", ["[]", "0", '""', "false"])
+def test_data_that_is_no_object_is_a_wire_error_even_where_nothing_is_needed(data: str) -> None:
+    with pytest.raises(WireError):
+        parse_control(f'{{"type":"lease.keep","data":{data}}}')
+
+
 @pytest.mark.parametrize("text", ["", "[]", '{"type":5}', '{"type":"ping","data":{}}', '{"type":"ping","data":[1]}'])
 def test_bad_control_messages_are_wire_errors(text: str) -> None:
     with pytest.raises(WireError):
