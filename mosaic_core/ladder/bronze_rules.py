@@ -15,6 +15,7 @@ from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_attribute, place_of_class, place_of_field
 from mosaic_core.runtime.configuration.plugin_loading import api_version
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.widgets.page_faults import page_faults
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.words.errors import ConfigError, MosaicError
 
@@ -88,19 +89,23 @@ def configures(one: Examinee) -> Iterator[Fault]:
             yield one.fault(error, f"with the params of {what} it raises")
         if one.trial == one.example:
             break
-    yield from _missing_widgets(one)
+    yield from _broken_widgets(one)
 
 
-def _missing_widgets(one: Examinee) -> Iterator[Fault]:
-    """A robot's file would be refused for them, however it is written."""
+def _broken_widgets(one: Examinee) -> Iterator[Fault]:
+    """A robot's file would be refused for those that are missing, however it is written; the page loads no others."""
     with contextlib.suppress(NotJudged):  # what can't be configured is told already
         for handler in one.handlers:
             if handler.widget is not None and is_shipped(handler.widget):
                 try:
-                    module_with(handler.widget, one.shipment.widgets)
+                    module = module_with(handler.widget, one.shipment.widgets)
                 except MosaicError as error:
                     place = place_of_attribute(type(handler), "widget")
                     yield Fault(f"{type(handler).__name__} names the widget '{handler.widget}': {error.message}", place)
+                    continue
+                for fault in page_faults(module.content.decode(), handler.widget.partition("/")[2]):
+                    message = f"the page can't load the widget '{handler.widget}': it {fault.message}"
+                    yield Fault(message, CodePlace(str(module.path), fault.line))
 
 
 def _place_of_configure(one: Examinee, what: str) -> CodePlace:

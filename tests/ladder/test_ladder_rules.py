@@ -42,6 +42,7 @@ ONCE = """    def messages(self) -> Iterator[Reading]:
         self.was_here = True
         for _ in self.every(self.params.period_s):"""
 
+WIDGET = "export const apiVersion = 1\nexport function Panel() {}\n"
 SAFE = "    def make_safe(self, cause: str) -> None:\n        pass\n"
 BREACHES = {
     "loads": (C, "from pydantic import Field", "from pydantic import Fieldd", "ImportError: cannot import"),
@@ -116,8 +117,14 @@ async def test_a_widget_of_a_source_tree_needs_no_installation_but_its_file(plug
     plugin.spoil(P, "[project.entry-points", named)
     (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
     assert "has no file" in failed.faults[0].message
-    (plugin.folder / "acme_gauge" / "acme-gauge.js").write_text("export function Panel() {}")
+    module = plugin.folder / "acme_gauge" / "acme-gauge.js"
+    module.write_text(WIDGET)
     assert [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"] == []
+    module.write_text(WIDGET.replace("= 1", "= 9"))
+    (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
+    (fault,) = failed.faults
+    assert "can't load the widget 'acme-gauge/Panel': it is for apiVersion 9" in fault.message
+    assert str(fault.place) == f"{module}:1"
 
 
 async def test_a_source_tree_is_judged_beside_an_older_wheel_of_it_that_is_installed(
@@ -127,7 +134,7 @@ async def test_a_source_tree_is_judged_beside_an_older_wheel_of_it_that_is_insta
     plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
     widgets = '[project.entry-points."mosaic.widgets"]\nacme-gauge = "acme_gauge"\n\n[project.entry-points'
     plugin.spoil(P, "[project.entry-points", widgets)
-    (plugin.folder / "acme_gauge" / "acme-gauge.js").write_text("export function Panel() {}")
+    (plugin.folder / "acme_gauge" / "acme-gauge.js").write_text(WIDGET)
     connectors = {"acme-gauge": "acme_gauge.connector:GaugeConfigurer"}
     installed = {"mosaic.connectors": connectors, "mosaic.widgets": {"acme-gauge": "acme_gauge"}}
     install_distribution("Acme_Gauge", version="0.9.0", entry_points=installed)

@@ -19,7 +19,7 @@ from mosaic_core import (
 )
 from mosaic_core.testing import connector, joined
 from mosaic_sim.demo.checks import CheckFailed, Result
-from mosaic_sim.demo.headless_check import failures_in, with_cause
+from mosaic_sim.demo.headless_check import cause_of, failures_in, with_cause
 from mosaic_sim.demo.own_checks import own_works
 
 
@@ -83,3 +83,23 @@ def test_a_failure_is_told_of_the_connector_whose_handler_failed() -> None:
 def test_a_device_that_is_missing_fails_what_nothing_was_seen_of() -> None:
     assert with_cause(Result("scope", True, "64×48, takes messages"), "no lamp") == Result("scope", False, "no lamp")
     assert with_cause(Result("scope", True, "64×48"), "it was away").is_ok
+
+
+def test_a_body_that_blocks_the_event_loop_is_told_whatever_arrives() -> None:
+    block = "by connector 'scope_left': /here/scope.py:12 in messages (plugin.blocks_loop). Use asyncio.sleep.\n"
+    log = f"12:00:00 WARNING the event loop was blocked for 0.61 s, {block}"
+    cause = "/here/scope.py:12 in messages: blocks the robot's event loop for 0.6 s (plugin.blocks_loop)"
+    assert failures_in(log, ["scope"]) == {"scope": cause}
+    assert failures_in(log.replace("was blocked for 0.61 s", "is blocked, for 2.1 s so far"), ["scope"]).keys() == {
+        "scope"
+    }
+    assert failures_in(log.replace("0.61", "0.31"), ["scope"]) == {}
+    assert with_cause(Result("scope", True, "64×48"), cause) == Result("scope", False, cause)
+
+
+def test_who_blocks_the_event_loop_is_told_where_nobody_could_connect_for_it() -> None:
+    blocked = {"lamp": "no lamp", "scope": "scope.py:12: blocks … (plugin.blocks_loop)"}
+    assert cause_of(Result("connect", False, "did not open"), blocked) == blocked["scope"]
+    assert cause_of(Result("connect", True, "12 ms"), blocked) == ""
+    assert cause_of(Result("connect", False, "did not open"), {"lamp": "no lamp"}) == ""
+    assert cause_of(Result("lamp", True, "takes messages"), blocked) == "no lamp"

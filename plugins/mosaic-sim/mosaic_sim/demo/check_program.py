@@ -26,7 +26,7 @@ from mosaic_sim.demo.checks import (
     silence_stops,
     told,
 )
-from mosaic_sim.demo.headless_check import ANY_ROBOT, PASSWORD_VARIABLE
+from mosaic_sim.demo.headless_check import ANY_ROBOT, CONNECT, PASSWORD_VARIABLE
 from mosaic_sim.demo.own_checks import own_works
 
 SENSORS = ("scan", "imu", "battery", "gps", "host")
@@ -40,12 +40,12 @@ async def results_for(
     try:
         async with await MosaicOperator.login(url, email, password) as operator:
             connection = await operator.connect(robot_id)
-            connected = Result("connect", True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
+            connected = Result(CONNECT, True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
             looked_at = await _looked_at(connection) if is_yard else []
             brought = [await told(label, partial(own_works, connection, label, url, own)) for label in own]
             return [connected, *looked_at, *brought]
     except MosaicError as error:
-        return [Result("connect", False, f"{whole_sentence(error.message)} {error.cure}".strip())]
+        return [Result(CONNECT, False, f"{whole_sentence(error.message)} {error.cure}".strip())]
 
 
 async def _looked_at(connection: RobotConnection) -> list[Result]:

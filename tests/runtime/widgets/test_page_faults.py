@@ -1,0 +1,70 @@
+"""What keeps the page from loading a widget's module: told with its line, without a browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mosaic_core.runtime.widgets import page_faults as judge
+from mosaic_core.runtime.widgets.page_faults import WIDGET_API_VERSION, PageFault, page_faults
+
+CONTRACT = Path(__file__).parents[3] / "dashboard/packages/app/src/plugins/exportedWidget.ts"
+GOOD = "import { createElement } from 'react'\nexport const apiVersion = 1\nexport function ArmPanel() {}\n"
+
+
+def told(text: str, export: str = "ArmPanel") -> list[tuple[int | None, str]]:
+    return [(fault.line, fault.message) for fault in page_faults(text, export)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GOOD,
+        "const a=1;function b(){}export{a as apiVersion,b as ArmPanel};",
+        "export const apiVersion = 1, ArmPanel = () => null",
+        "const all = {}\nexport const { apiVersion, ArmPanel } = all",
+        "export const apiVersion = 1\nexport class ArmPanel {}",
+    ],
+)
+def test_a_module_that_the_page_loads_has_no_fault(text: str) -> None:
+    assert told(text) == []
+
+
+def test_the_version_is_that_of_the_dashboard() -> None:
+    (version,) = re.findall(r"WIDGET_API_VERSION = (\d+)", CONTRACT.read_text())
+    assert int(version) == WIDGET_API_VERSION
+
+
+def test_a_component_that_is_not_exported_is_told_with_the_one_that_is() -> None:
+    text = GOOD.replace("export function ArmPanel() {}", "function ArmPanel() {}\nexport function ArmPannel() {}")
+    assert told(text) == [(None, "exports no 'ArmPanel'; did you mean 'ArmPannel'?")]
+
+
+def test_a_module_without_a_version_is_told_how_to_say_it() -> None:
+    assert told("export function ArmPanel() {}") == [(None, "must say `export const apiVersion = 1`")]
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (GOOD.replace("= 1", "= 9"), 2),
+        ("function b(){}\nvar ab=9,b2=1;export{ab as apiVersion,b as ArmPanel};", 2),
+    ],
+)
+def test_another_version_is_told_with_its_line(text: str, line: int) -> None:
+    assert told(text) == [(line, "is for apiVersion 9, and the dashboard knows 1")]
+
+
+def test_a_mistake_of_syntax_is_told_with_its_line_and_nothing_else_is() -> None:
+    ((line, message),) = told("export const apiVersion = 9\nexport function ArmPannel({ entry ) {}\n")
+    assert (line, message) == (2, "has a SyntaxError: Unexpected token ')'")
+
+
+def test_without_node_the_rest_is_found_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(judge, "_node", lambda: None)
+    assert told(GOOD + "}") == []
+    assert list(page_faults("export const apiVersion = 2\nexport class ArmPanel {}", "ArmPanel")) == [
+        PageFault(1, "is for apiVersion 2, and the dashboard knows 1")
+    ]
