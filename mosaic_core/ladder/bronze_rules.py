@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Iterator
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.harness.building import build
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
+from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_attribute, place_of_class, place_of_field
@@ -89,23 +88,23 @@ def configures(one: Examinee) -> Iterator[Fault]:
             yield one.fault(error, f"with the params of {what} it raises")
         if one.trial == one.example:
             break
-    yield from _broken_widgets(one)
 
 
-def _broken_widgets(one: Examinee) -> Iterator[Fault]:
-    """A robot's file would be refused for those that are missing, however it is written; the page loads no others."""
-    with contextlib.suppress(NotJudged):  # what can't be configured is told already
-        for handler in one.handlers:
-            if handler.widget is not None and is_shipped(handler.widget):
-                try:
-                    module = module_with(handler.widget, one.shipment.widgets)
-                except MosaicError as error:
-                    place = place_of_attribute(type(handler), "widget")
-                    yield Fault(f"{type(handler).__name__} names the widget '{handler.widget}': {error.message}", place)
-                    continue
-                for fault in page_faults(module.content.decode(), handler.widget.partition("/")[2]):
-                    message = f"the page can't load the widget '{handler.widget}': it {fault.message}"
-                    yield Fault(message, CodePlace(str(module.path), fault.line))
+def brings_its_widgets(one: Examinee) -> Iterator[Fault]:
+    named = [handler for handler in one.handlers if handler.widget is not None and is_shipped(handler.widget)]
+    if not named:
+        raise DoesNotApply("it names no widget of a distribution")
+    for handler in named:
+        hint = str(handler.widget)
+        try:
+            module = module_with(hint, one.shipment.widgets)
+        except MosaicError as error:
+            place = place_of_attribute(type(handler), "widget")
+            yield Fault(f"{type(handler).__name__} names the widget '{hint}': {error.message}", place)
+            continue
+        for fault in page_faults(module.content.decode(), hint.partition("/")[2]):
+            message = f"the page can't load the widget '{hint}': it {fault.message}"
+            yield Fault(message, CodePlace(str(module.path), fault.line))
 
 
 def _place_of_configure(one: Examinee, what: str) -> CodePlace:
@@ -178,6 +177,11 @@ BRONZE = (
         "configures", "bronze", "It can be configured with the params of its example, without a device.",
         "The example is what people paste; devices are opened by the body, which is tried again.",
         "Give params defaults or the class an `example`, and open nothing in configure().", configures,
+    ),
+    ConnectorRule(
+        "widget", "bronze", "A widget that it names is in the distribution, and a page can load it.",
+        "A robot does not start without the file; a page that can't load it shows another widget.",
+        "Mend the file that is named: an ES module that exports the component and apiVersion.", brings_its_widgets,
     ),
     ShipmentRule(
         "licence", "bronze", "The distribution names its licence.",

@@ -42,6 +42,7 @@ ONCE = """    def messages(self) -> Iterator[Reading]:
         self.was_here = True
         for _ in self.every(self.params.period_s):"""
 
+MESSAGES = "    def messages(self) -> Iterator[Reading]:"
 WIDGET = "export const apiVersion = 1\nexport function Panel() {}\n"
 SAFE = "    def make_safe(self, cause: str) -> None:\n        pass\n"
 BREACHES = {
@@ -52,6 +53,12 @@ BREACHES = {
     "docstring": (C, '    """A wheel that turns."""\n', "", "WheelConfigurer has no docstring"),
     "params-described": (C, ', description="Where it is plugged in."', "", "GaugeParams.port has no description"),
     "configures": (C, "return Wheel(self.label)", "return Wheel(self.labels)", "it raises AttributeError"),
+    "widget": (
+        C,
+        MESSAGES,
+        f'    widget = "acme-gauge/Panel"\n\n{MESSAGES}',
+        "no installed distribution ships widgets",
+    ),
     "licence": (P, 'license = "Apache-2.0"\n', "", "no licence is named"),
     "readme": (P, 'readme = "README.md"\n', "", "there is no readme"),
     "requires-python": (P, 'requires-python = ">=3.11"\n', "", "does not say which Python"),
@@ -103,25 +110,17 @@ async def test_a_plugin_that_keeps_them_all_is_gold(plugin: GoodPlugin) -> None:
     assert {one.subject for one in found} == {"acme-gauge", "acme-wheel"}
 
 
-async def test_a_widget_that_the_distribution_does_not_ship_is_told(plugin: GoodPlugin) -> None:
-    body = "    def messages(self) -> Iterator[Reading]:"
-    plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
-    (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
-    assert "no installed distribution ships widgets as 'acme-gauge'" in failed.faults[0].message
-
-
 async def test_a_widget_of_a_source_tree_needs_no_installation_but_its_file(plugin: GoodPlugin) -> None:
-    body = "    def messages(self) -> Iterator[Reading]:"
-    plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
+    plugin.spoil(C, MESSAGES, f'    widget = "acme-gauge/Panel"\n\n{MESSAGES}')
     named = '[project.entry-points."mosaic.widgets"]\nacme-gauge = "acme_gauge"\n\n[project.entry-points'
     plugin.spoil(P, "[project.entry-points", named)
-    (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
+    (failed,) = [one for one in await findings(plugin, only=("widget",)) if one.verdict == "failed"]
     assert "has no file" in failed.faults[0].message
     module = plugin.folder / "acme_gauge" / "acme-gauge.js"
     module.write_text(WIDGET)
-    assert [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"] == []
+    assert [one for one in await findings(plugin, only=("widget",)) if one.verdict == "failed"] == []
     module.write_text(WIDGET.replace("= 1", "= 9"))
-    (failed,) = [one for one in await findings(plugin, only=("configures",)) if one.verdict == "failed"]
+    (failed,) = [one for one in await findings(plugin, only=("widget",)) if one.verdict == "failed"]
     (fault,) = failed.faults
     assert "can't load the widget 'acme-gauge/Panel': it is for apiVersion 9" in fault.message
     assert str(fault.place) == f"{module}:1"
@@ -130,18 +129,17 @@ async def test_a_widget_of_a_source_tree_needs_no_installation_but_its_file(plug
 async def test_a_source_tree_is_judged_beside_an_older_wheel_of_it_that_is_installed(
     plugin: GoodPlugin, install_distribution: InstallDistribution
 ) -> None:
-    body = "    def messages(self) -> Iterator[Reading]:"
-    plugin.spoil(C, body, f'    widget = "acme-gauge/Panel"\n\n{body}')
+    plugin.spoil(C, MESSAGES, f'    widget = "acme-gauge/Panel"\n\n{MESSAGES}')
     widgets = '[project.entry-points."mosaic.widgets"]\nacme-gauge = "acme_gauge"\n\n[project.entry-points'
     plugin.spoil(P, "[project.entry-points", widgets)
     (plugin.folder / "acme_gauge" / "acme-gauge.js").write_text(WIDGET)
     connectors = {"acme-gauge": "acme_gauge.connector:GaugeConfigurer"}
     installed = {"mosaic.connectors": connectors, "mosaic.widgets": {"acme-gauge": "acme_gauge"}}
     install_distribution("Acme_Gauge", version="0.9.0", entry_points=installed)
-    found = await findings(plugin, only=("configures", "only-owner"))
+    found = await findings(plugin, only=("widget", "only-owner"))
     assert [one.faults for one in found if one.verdict == "failed"] == []
     install_distribution("acme-rival", entry_points=installed | {"mosaic.widgets": {"acme-gauge": "acme_rival"}})
-    found = await findings(plugin, only=("configures", "only-owner"))
+    found = await findings(plugin, only=("widget", "only-owner"))
     told = sorted(fault.message.partition(": ")[2] or fault.message for one in found for fault in one.faults)
     assert told == [
         "acme-rival 1.0.0 has the type 'acme-gauge' too",
