@@ -205,10 +205,20 @@ def test_a_sibling_that_is_imported_as_if_installed_is_told(tmp_path: Path, lux:
     assert failure(tmp_path, lux).cure == "for the file beside it write `from .driver import …`"
 
 
-def test_wrong_params_are_told_by_their_label(tmp_path: Path, lamp: Path) -> None:
-    changed(lamp / "mosaic_config.yaml", "period_s", "perid_s")
+def test_wrong_params_are_told_by_their_label_and_the_line_of_the_plugins_own_file(tmp_path: Path, lamp: Path) -> None:
+    config = lamp / "mosaic_config.yaml"
+    changed(config, "period_s", "perid_s")
+    line = 1 + next(at for at, text in enumerate(config.read_text().splitlines()) if "perid_s" in text)
     told = failure(tmp_path, lamp)
-    assert (told.message, told.cure) == ("acme_lamp.params.perid_s: unknown key 'perid_s'", "did you mean 'period_s'?")
+    assert told.message == f"acme_lamp.params.perid_s: unknown key 'perid_s' ({config}:{line})"
+    assert told.cure == "did you mean 'period_s'?"
+
+
+def test_params_that_no_file_names_are_told_without_a_line(tmp_path: Path, lamp: Path) -> None:
+    (lamp / "mosaic_config.yaml").unlink()
+    changed(lamp / "acme_lamp" / "connector.py", 'default="/dev/ttyUSB0", ', "")
+    assert "acme_lamp.params" in (told := failure(tmp_path, lamp)).message
+    assert "(" not in told.message
 
 
 def test_a_type_that_somebody_has_already_is_told(tmp_path: Path, lux: Path) -> None:
@@ -276,14 +286,14 @@ def test_a_folder_without_a_plugin_is_told(tmp_path: Path) -> None:
 
 def test_a_broken_yaml_file_of_a_plugin_is_told(lamp: Path) -> None:
     (lamp / "mosaic_config.yaml").write_text("connectors: [")
-    with pytest.raises(DemoFailed, match=r"mosaic_config\.yaml can't be read"):
+    with pytest.raises(DemoFailed, match=r"mosaic_config\.yaml:1: not valid YAML"):
         plugin_at(lamp)
 
 
 def test_a_misspelt_type_in_the_file_of_a_plugin_is_told_before_its_entry_is_left_out(lamp: Path) -> None:
     config = lamp / "mosaic_config.yaml"
     config.write_text(config.read_text().replace("type: acme-lamp", "type: acme-lmap"))
-    with pytest.raises(DemoFailed, match="the connector type 'acme-lmap' is none of this plugin's") as told:
+    with pytest.raises(DemoFailed, match=r"yaml:\d+: the connector type 'acme-lmap' is none of this plugin's") as told:
         plugin_at(lamp)
     assert told.value.cure == "write acme-lamp"
 

@@ -14,6 +14,8 @@ import yaml
 from mosaic_core.runtime.configuration.config_env import masked
 from mosaic_core.runtime.configuration.local_connectors import FOLDER, connectors_in
 from mosaic_core.runtime.configuration.resolver import GROUP
+from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
+from mosaic_core.words.errors import ConfigError
 from mosaic_sim.demo.errors import DemoFailed
 
 CONFIG = "mosaic_config.yaml"
@@ -21,6 +23,22 @@ _ALIKE = 0.8
 """A type so much like one of the plugin's own is meant to be that; what is less alike, another plugin offers."""
 Entry = dict[str, Any]
 """One of ``connectors:`` in a YAML file, its references to the environment masked."""
+
+
+@dataclass(frozen=True, slots=True)
+class OwnEntry:
+    """One connector of a plugin, and where its own YAML file has it, if it does."""
+
+    entry: Entry
+    document: YamlDocument | None = None
+    place: Place = ()
+
+    def line_of(self, below: Place) -> str:
+        """File and line of what stands ``below`` it, or of the nearest thing around; empty where no file names it."""
+        if self.document is None:
+            return ""
+        told = self.document.problem((*self.place, *below), "")
+        return f"{told.file}:{told.line}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +50,7 @@ class OwnPlugin:
     path: Path
     """As it was named."""
     entry_points: Mapping[str, Mapping[str, str]]
-    entries: tuple[Entry, ...]
+    entries: tuple[OwnEntry, ...]
     """Its connectors as its own YAML file has them; those the file does not name, with a label alone."""
     import_from: Path | None = None
     """What belongs on the robot's ``PYTHONPATH``."""
@@ -106,20 +124,34 @@ def _single_file(file: Path) -> OwnPlugin:
     return OwnPlugin(file.name, "", file, {GROUP: points}, entries, modules=modules)
 
 
-def _entries(config: Path, types: Mapping[str, str]) -> tuple[Entry, ...]:
+def _entries(config: Path, types: Mapping[str, str]) -> tuple[OwnEntry, ...]:
     """The entries of these types in the plugin's own YAML file, and one without params for every other type."""
+    document = _document(config) if config.is_file() else None
+    listed = document.tree.get("connectors") if document else None
+    every = [(place, one) for place, one in enumerate(listed or ()) if isinstance(one, dict)]
+    entries = []
+    for place, one in every:
+        kind = str(one.get("type", ""))
+        found = OwnEntry(_labelled(one), document, ("connectors", place))
+        if kind in types:
+            entries.append(found)
+        elif meant := get_close_matches(kind, types, 1, _ALIKE):
+            where = found.line_of(("type",))
+            raise DemoFailed(f"{where}: the connector type '{kind}' is none of this plugin's", f"write {meant[0]}")
+    named = {one.entry["type"] for one in entries}
+    return (*entries, *(OwnEntry(_labelled({"type": one})) for one in types if one not in named))
+
+
+def _labelled(entry: Entry) -> Entry:
+    return {**entry, "label": str(entry.get("label") or str(entry.get("type", "")).replace("-", "_"))}
+
+
+def _document(config: Path) -> YamlDocument:
+    """References to the environment stay masked: it is the robot that reads them."""
     try:
-        tree = yaml.safe_load(masked(config.read_text("utf-8-sig"))) if config.is_file() else {}
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise DemoFailed(
-            f"{config} can't be read: {error}", "mend it, or take it away: params then have defaults"
-        ) from None
-    listed = tree.get("connectors") if isinstance(tree, dict) else None
-    every = [one for one in listed or () if isinstance(one, dict)]
-    for strange in (str(one.get("type", "")) for one in every if one.get("type") not in types):
-        if meant := get_close_matches(strange, types, 1, _ALIKE):
-            raise DemoFailed(f"{config}: the connector type '{strange}' is none of this plugin's", f"write {meant[0]}")
-    entries = [one for one in every if one.get("type") in types]
-    named = {one["type"] for one in entries}
-    entries += [{"type": one} for one in types if one not in named]
-    return tuple({**one, "label": str(one.get("label") or one["type"].replace("-", "_"))} for one in entries)
+        lines = read_yaml(config, {}).lines
+        tree = yaml.safe_load(masked(config.read_text("utf-8-sig")))
+    except (ConfigError, yaml.YAMLError) as error:
+        told = str(error) if isinstance(error, ConfigError) else f"{config} can't be read: {error}"
+        raise DemoFailed(told, "mend it, or take it away: params then have defaults") from None
+    return YamlDocument(tree, str(config), lines)

@@ -20,7 +20,7 @@ from mosaic_core.words.codes import reason
 from mosaic_sim.demo.child import mosaic_command
 from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.errors import DemoFailed
-from mosaic_sim.demo.own_plugin import Entry, OwnPlugin
+from mosaic_sim.demo.own_plugin import Entry, OwnEntry, OwnPlugin
 from mosaic_sim.demo.server import START_PATIENCE_S, Seed, robot_environment
 
 _NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
@@ -31,6 +31,7 @@ _BROKEN = ("config.broken_plugin", "config.broken_local")
 _OF_ANY_PLUGIN = tuple(reason(code).cure for code in _BROKEN)
 """For whoever has installed one."""
 _INDEX = re.compile(r"^connectors\[(\d+)\]")
+_PART = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +90,7 @@ def robot_file(
     # Before the simulated ones, so that the page shows them where one looks first.
     path.write_text(text.replace(_HEAD, f"{_HEAD}  # What --with has brought.\n{lines}\n", 1), "utf-8")
     made = RobotFile(path, python_path, own, (*notes, *told), simulated)
-    _check(made, plugins, [*made.labels, *(one.label for one in simulated)])
+    _check(made, plugins)
     return made
 
 
@@ -101,7 +102,7 @@ def _entries(
     entries: list[Entry] = []
     own: list[OwnConnector] = []
     notes: list[str] = []
-    for plugin, entry in [(one, entry) for one in plugins for entry in one.entries]:
+    for plugin, entry in [(one, its.entry) for one in plugins for its in one.entries]:
         label = _free(entry["label"], taken)
         if label != entry["label"]:
             notes.append(f"the label '{entry['label']}' is taken by {taken[entry['label']]}: '{label}' instead")
@@ -158,7 +159,7 @@ def _python_path(folder: Path, plugins: Sequence[OwnPlugin]) -> str:
     return os.pathsep.join([*dict.fromkeys(roots), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
-def _check(made: RobotFile, plugins: Sequence[OwnPlugin], labels: Sequence[str]) -> None:
+def _check(made: RobotFile, plugins: Sequence[OwnPlugin]) -> None:
     """In a process of its own, as it imports the plugins."""
     done = subprocess.run(
         mosaic_command("validate", str(made.path), "--json"),
@@ -175,14 +176,26 @@ def _check(made: RobotFile, plugins: Sequence[OwnPlugin], labels: Sequence[str])
         raise DemoFailed(f"{names} can't be checked", details=(done.stderr or done.stdout).strip()[-2000:]) from None
     if problems:
         cures = dict.fromkeys(filter(None, (_cure(one, plugins) for one in problems)))
-        raise DemoFailed("\n".join(_told(one, made.path, labels) for one in problems), "; ".join(cures))
+        raise DemoFailed("\n".join(_told(one, made, plugins) for one in problems), "; ".join(cures))
 
 
-def _told(problem: Mapping[str, Any], file: Path, labels: Sequence[str]) -> str:
-    """By the label instead of the place in ``file``, which nobody has written."""
-    path = _INDEX.sub(lambda found: labels[int(found[1])], str(problem["path"]))
-    code = "" if problem["file"] == str(file) else f" ({problem['file']}:{problem['line']})"
-    return f"{path}: {problem['message']}{code}"
+def _told(problem: Mapping[str, Any], made: RobotFile, plugins: Sequence[OwnPlugin]) -> str:
+    """By label and place in the plugin's own file instead of that in the robot's, which nobody has written."""
+    labels = [*made.labels, *(one.label for one in made.simulated)]
+    path, at = str(problem["path"]), f"{problem['file']}:{problem['line']}"
+    if problem["file"] == str(made.path):
+        at = _own_line(path, [entry for plugin in plugins for entry in plugin.entries])
+    path = _INDEX.sub(lambda found: labels[int(found[1])], path)
+    return f"{path}: {problem['message']}" + (f" ({at})" if at else "")
+
+
+def _own_line(path: str, entries: Sequence[OwnEntry]) -> str:
+    """They are the first of the robot's file."""
+    index = _INDEX.match(path)
+    if index is None or int(index[1]) >= len(entries):
+        return ""
+    below = tuple(int(item) if item else key for key, item in _PART.findall(path[index.end() :]))
+    return entries[int(index[1])].line_of(below)
 
 
 def _cure(problem: Mapping[str, Any], plugins: Sequence[OwnPlugin]) -> str:
