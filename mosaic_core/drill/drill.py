@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping
-from dataclasses import asdict
+from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, replace
 
 from mosaic_core.drill import positions, silence, strangers
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, NotExercised, Passed
@@ -17,6 +17,7 @@ EXERCISE_S = 30.0
 """Something hangs if one exercise takes longer."""
 EXERCISES: Mapping[str, Exercise] = {
     "safe-action": silence.safe_action,
+    "tells-position": positions.tells_position,
     "silence": silence.silence,
     "disconnect": silence.disconnect,
     "leaves": silence.leaves,
@@ -53,8 +54,19 @@ async def drill(
                 why = "it moves nothing: no time-out, no lease and no motion fields"
                 yield DrillFinding("–", subject.label, "skipped", why=why)
                 continue
-            for name in names:
-                yield await _exercised(rig, subject, name)
+            async for finding in _findings_of(rig, subject, names):
+                yield finding
+
+
+async def _findings_of(rig: Rig, subject: DrilledReceiver, names: Sequence[str]) -> AsyncIterator[DrillFinding]:
+    """What keeps every exercise from a receiver is told by the first one, and once."""
+    for left, name in enumerate(names, 1 - len(names)):
+        finding = await _exercised(rig, subject, name)
+        is_last = bool(subject.reports.trouble or (subject.command is None and name not in NEEDS_NO_COMMAND))
+        more = "; nothing else of it is exercised" if is_last and left else ""
+        yield replace(finding, why=finding.why + more)
+        if is_last:
+            return
 
 
 async def _exercised(rig: Rig, subject: DrilledReceiver, name: str) -> DrillFinding:

@@ -15,6 +15,7 @@ from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandle
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
 from mosaic_core.drill.recorder import ActRecorder, watched
+from mosaic_core.drill.reports import PositionReports
 from mosaic_core.laboratory.joining import PATIENCE_S, running_robot, signed_in
 from mosaic_core.laboratory.memory_network import MemoryLink, MemoryNetwork
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
@@ -42,6 +43,7 @@ class DrilledReceiver:
     safety: ReceiverSafety
     delivery: Delivery
     recorder: ActRecorder
+    reports: PositionReports
     command: DrillCommand | None
     no_command: str = ""
 
@@ -168,7 +170,8 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
         command, no_command = None, "it does not report its position, so a live drill would move it without knowing"
     recorder = watched(receiver, command, live=live)
     mode = connector.terms_of(receiver).mode
-    return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, command, no_command)
+    reports = PositionReports(receiver)
+    return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, reports, command, no_command)
 
 
 async def comes_true(condition: Callable[[], object], timeout_s: float) -> bool:
