@@ -41,14 +41,20 @@ NEEDS_NO_COMMAND = frozenset({"safe-action"})
 
 
 async def drill(
-    configured: Configured, *, live: bool = False, only: Collection[str] = ()
+    configured: Configured,
+    *,
+    live: bool = False,
+    only: Collection[str] = (),
+    begun: Callable[[Rig], object] = lambda rig: None,
 ) -> AsyncIterator[DrillFinding]:
-    """Findings as they come. ``only``: names of :data:`EXERCISES`, all by default. ``live`` really drives.
+    """Findings as they come. ``only``: names of :data:`EXERCISES`, all by default. ``live`` really drives. ``begun`` is
+    told when the robot runs: whoever ends the drill before its time makes it safe first.
 
     ``configured`` is used up: its handlers are the drill's afterwards.
     """
     names = [name for name in EXERCISES if not only or name in only]
     async with rig_of(configured, live=live) as rig:
+        begun(rig)
         for subject in rig.subjects:
             if not subject.safety.is_motion:
                 why = "it moves nothing: no time-out, no lease and no motion fields"
