@@ -16,7 +16,7 @@ from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrack
 from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.drill import findings as drill_findings
-from mosaic_core.drill import reports
+from mosaic_core.drill import position_reports
 from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
@@ -575,7 +575,7 @@ async def test_a_report_that_is_no_number_is_told_once_with_its_line_and_no_comm
 
 
 async def test_a_report_that_never_comes_ends_the_exercise_with_that_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reports, "ANSWER_S", 0.1)
+    monkeypatch.setattr(position_reports, "ANSWER_S", 0.1)
     released = threading.Event()
 
     class Blocks(Arm):

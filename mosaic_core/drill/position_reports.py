@@ -32,7 +32,7 @@ class PositionReports:
 
     async def now(self, fields: Sequence[str]) -> dict[str, float | None]:
         """Where these are; raises :class:`ExerciseFailed` where what it says is of no use."""
-        call = _Call(lambda: {field: self._handler.reported_position(field) for field in fields})
+        call = _BoundedCall(lambda: {field: self._handler.reported_position(field) for field in fields})
         if not await call.has_returned(ANSWER_S):
             self._fail(f"did not return within {ANSWER_S:g} s{self._place}: it must not block")
         if call.error is not None:
@@ -83,7 +83,7 @@ class PositionReports:
         raise NotExercised(self.trouble)
 
 
-class _Call(Generic[T]):
+class _BoundedCall(Generic[T]):
     """A call on a thread of its own, which may never come back."""
 
     def __init__(self, call: Callable[[], T]) -> None:
