@@ -14,8 +14,8 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler, reports_position
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
-from mosaic_core.drill.recorder import ActRecorder, watched
 from mosaic_core.drill.position_reports import PositionReports
+from mosaic_core.drill.recorder import ActRecorder, watched
 from mosaic_core.laboratory.joining import PATIENCE_S, running_robot, signed_in
 from mosaic_core.laboratory.memory_network import MemoryLink, MemoryNetwork
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
