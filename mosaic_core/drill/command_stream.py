@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from mosaic_core.drill.commands import DrillCommand
-from mosaic_core.drill.findings import ExerciseFailed
-from mosaic_core.drill.recorder import Act
+from mosaic_core.drill.findings import ExerciseFailed, NothingMoved
+from mosaic_core.drill.recorder import Act, is_refusal
 from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, comes_true
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, encode_frame
 from mosaic_core.words.control import CHANNEL_PROTOCOL
@@ -88,7 +88,7 @@ class CommandStream:
         began_s = time.monotonic()
         while not any(self.moves(act) for act in self.subject.recorder.commands_since(began_s)):
             if time.monotonic() - began_s > BEGIN_S:
-                raise ExerciseFailed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
+                raise self._nothing_moved(began_s)
             await self.hold()
             await self.drive(self.period_s)
 
@@ -106,10 +106,12 @@ class CommandStream:
             return True
         return any(self.command.at(act.value, field) for field in self.command.fields)
 
-    def _because(self, since_s: float) -> str:
+    def _nothing_moved(self, since_s: float) -> NothingMoved:
         broken = [act.cause for act in self.subject.recorder.acts if act.kind == "failed" and act.at_s >= since_s]
         codes = [*dict.fromkeys(self.who.refusals), *dict.fromkeys(broken)]
-        return f" ({', '.join(codes)})" if codes else ": handle_data does not return"
+        why = f" ({', '.join(codes)})" if codes else ": handle_data does not return"
+        is_refused = bool(broken) and all(map(is_refusal, broken))
+        return NothingMoved(f"no command was carried out within {BEGIN_S:.0f} s{why}", is_refused=is_refused)
 
 
 async def placed(subject: DrilledReceiver) -> DrillCommand:

@@ -38,6 +38,7 @@ async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_channel: str) -> 
     try:
         async with moving(rig, subject) as stream, in_background(stream):
             observer.lose(lost_channel)
+            await comes_true(lambda: subject.recorder.is_acting, SETTLE_S)  # a safe action must not wait for that
             began_s = time.monotonic()
             saying = asyncio.create_task(observer.control.stop("safety drill"))
             try:
