@@ -87,6 +87,20 @@ class SafeActionRaises(Sled):
         raise OSError("the bus is gone")
 
 
+class SafeActionWaits(Sled):
+    """For a command that takes longer than anybody waits for a safe action."""
+
+    lock: ClassVar[threading.Lock] = threading.Lock()
+
+    def handle_data(self, data: Wish) -> None:
+        with self.lock:
+            threading.Event().wait(2.0)
+
+    def make_safe(self, cause: str) -> None:
+        with self.lock:
+            pass
+
+
 class Text(DataChannelReceivable[str]):
     def handle_data(self, data: str) -> None:
         raise AssertionError("a dry drill runs no code of a plugin")
@@ -184,6 +198,12 @@ async def test_a_safe_action_that_hangs_fails_when_it_is_live() -> None:
         SafeActionHangs.released.set()
     assert found.verdict == "failed"
     assert "did not return" in found.why
+
+
+async def test_a_stop_is_said_while_a_command_is_carried_out_and_a_safe_action_that_waits_for_it_is_told() -> None:
+    found = (await findings(sled(SafeActionWaits), live=True, only=("stop",)))["stop"]
+    assert found.verdict == "failed"
+    assert found.why.endswith("; handle_data ran meanwhile: make_safe must take no lock that it holds")
 
 
 async def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> None:
