@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
+import sys
 from pathlib import Path
 
 import pytest
@@ -254,6 +254,7 @@ SWALLOWS_THE_END = """    async def answer(self, question, request):
                 await asyncio.sleep(0.1)
             except asyncio.CancelledError:
                 pass
+        globals()["ENDED"] = True
         return question
 """
 HEARS = """    def answer(self, question, request):
@@ -280,7 +281,8 @@ async def test_what_answers_must_hear_its_end_and_is_asked_where_its_device_is_m
     plugin.spoil(C, TYPE, kind)
     plugin.spoil(C, "import DataChannelConfigurer", "import RequestHandler, DataChannelConfigurer")
     (found,) = [one for one in await findings(plugin, only=("hears-stop",)) if one.subject == "acme-wheel"]
-    await until(lambda: not any(task.get_name() == "mosaic-examined-1" for task in asyncio.all_tasks()))
+    if body == SWALLOWS_THE_END:
+        await until(lambda: hasattr(sys.modules["acme_gauge.connector"], "ENDED"))
     assert found.verdict == verdict
     for fault in found.faults:
         assert fault.place.line is not None
