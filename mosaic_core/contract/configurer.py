@@ -160,7 +160,8 @@ class Configurer(TypeArguments, ABC, Generic[P]):
 
     trial: ClassVar[dict[str, Any] | None] = None
     """``params`` with which it runs on any machine, with a device that is made up, on a port that is free (0):
-    ``mosaic plugin check`` runs it with them. ``None``: those of the example."""
+    ``mosaic plugin check`` runs it with them, drives it and asks it. ``None``: those of the example, and it is neither
+    driven nor asked, for there may be a real device."""
 
     safety_model: ClassVar[type[SafetyConfig]] = SafetyConfig
     """What ``safety:`` of this connector may say; a subclass adds clamps with defaults."""

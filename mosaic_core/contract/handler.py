@@ -329,7 +329,8 @@ class DataChannelReceivable(Handler, Generic[T]):
         raise NotImplementedError(f"{type(self).__name__} needs handle_data(self, data)")
 
     def make_safe(self, cause: str) -> None:
-        """Bring what this receiver moves into its safe state; ``cause`` is a ``safety.*`` code.
+        """Bring what this receiver moves into its safe state; ``cause`` is a ``safety.*`` code. Of a velocity that is
+        0, of a position where it is now: it holds, and neither folds nor goes home.
 
         Runs on the robot's safety thread, possibly *while* ``handle_data`` runs or hangs: be quick, take no lock
         that ``handle_data`` holds for long, and be prepared to be called twice: when a command that it overtook
@@ -343,8 +344,9 @@ class DataChannelReceivable(Handler, Generic[T]):
 
         A limited rate begins there. Asked before the first command, the first after a safe action, and the first after
         a second without any; in between the position that was sent last counts. Runs where ``handle_data`` runs, just
-        before it; in a live safety drill also on the event loop. Be quick, answer from what was read last. Raising
-        fails the command as ``handle_data`` would.
+        before it: a ``def`` one on the receiver's own thread, an ``async`` one on the event loop. A live safety drill
+        asks it on a thread of its own, also while ``handle_data`` runs. It must not block: answer from what was read
+        last. Raising fails the command as ``handle_data`` would.
         """
         return None
 

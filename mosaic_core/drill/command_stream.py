@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from mosaic_core.drill.commands import DrillCommand
-from mosaic_core.drill.findings import ExerciseFailed, NotExercised
-from mosaic_core.drill.recorder import Act
+from mosaic_core.drill.findings import ExerciseFailed, NothingMoved
+from mosaic_core.drill.recorder import Act, is_refusal
 from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, comes_true
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, encode_frame
 from mosaic_core.words.control import CHANNEL_PROTOCOL
@@ -20,8 +20,6 @@ PERIOD_S = 0.05
 """Twenty commands a second, as a dashboard sends them."""
 BEGIN_S = 3.0
 """For the first command to be carried out; a device that is opened late has its own time."""
-REPORT_S = 1.0
-"""For the first report of where it is."""
 GRACE_S = 1.0
 """How much later than it must a lease may end on a busy machine; how late it was is an exercise of its own."""
 
@@ -90,7 +88,7 @@ class CommandStream:
         began_s = time.monotonic()
         while not any(self.moves(act) for act in self.subject.recorder.commands_since(began_s)):
             if time.monotonic() - began_s > BEGIN_S:
-                raise ExerciseFailed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
+                raise self._nothing_moved(began_s)
             await self.hold()
             await self.drive(self.period_s)
 
@@ -108,33 +106,19 @@ class CommandStream:
             return True
         return any(self.command.at(act.value, field) for field in self.command.fields)
 
-    def _because(self, since_s: float) -> str:
+    def _nothing_moved(self, since_s: float) -> NothingMoved:
         broken = [act.cause for act in self.subject.recorder.acts if act.kind == "failed" and act.at_s >= since_s]
         codes = [*dict.fromkeys(self.who.refusals), *dict.fromkeys(broken)]
-        return f" ({', '.join(codes)})" if codes else ": handle_data does not return"
+        why = f" ({', '.join(codes)})" if codes else ": handle_data does not return"
+        is_refused = bool(broken) and all(map(is_refusal, broken))
+        return NothingMoved(f"no command was carried out within {BEGIN_S:.0f} s{why}", is_refused=is_refused)
 
 
-def position_of(subject: DrilledReceiver, field: str) -> float | None:
-    """Where it says it is; raises :class:`ExerciseFailed` if it can't be asked."""
-    try:
-        return subject.handler.reported_position(field)
-    except Exception as error:  # noqa: BLE001 (a plugin may raise anything)
-        raise ExerciseFailed(f"reported_position raised: {type(error).__name__}: {error}") from None
-
-
-async def placed(rig: Rig, subject: DrilledReceiver) -> DrillCommand:
-    """Its command, which tells it to be where it is. Raises :class:`NotExercised` where a live drill would move it
-    without knowing from where."""
+async def placed(subject: DrilledReceiver) -> DrillCommand:
+    """Its command, which tells it to be where it is. Raises what :meth:`PositionReports.known` raises."""
     assert subject.command is not None
-    fields = subject.command.positions if rig.is_live else ()
-    if not await comes_true(lambda: None not in [position_of(subject, field) for field in fields], REPORT_S):
-        unknown = next(field for field in fields if position_of(subject, field) is None)
-        kind = type(subject.handler).__name__
-        raise NotExercised(
-            f"{kind}.reported_position says nothing of '{unknown}', so a live drill would move it without knowing: let "
-            "it answer from what was read last, or drill it while its device tells"
-        )
-    return subject.command.placed(lambda field: position_of(subject, field))
+    places = await subject.reports.known(subject.command.positions) if subject.command.positions else {}
+    return subject.command.placed(places.get)
 
 
 @asynccontextmanager
@@ -144,7 +128,7 @@ async def opened(
     """Somebody connects, takes the lease if there is one to take, and may command; gone afterwards."""
     who = await rig.operator(role)
     try:
-        stream = CommandStream(rig, who, subject, await placed(rig, subject))
+        stream = CommandStream(rig, who, subject, await placed(subject))
         if holds:
             await stream.hold()
         await stream.open()

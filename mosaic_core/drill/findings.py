@@ -40,6 +40,14 @@ class ExerciseFailed(Exception):
         self.measured = measured
 
 
+class NothingMoved(ExerciseFailed):
+    """No command was carried out. ``is_refused``: the receiver itself refused them all."""
+
+    def __init__(self, why: str, *, is_refused: bool) -> None:
+        super().__init__(why)
+        self.is_refused = is_refused
+
+
 @dataclass(frozen=True, slots=True)
 class Passed:
     """An exercise that a receiver passed: the limit, and what was measured."""

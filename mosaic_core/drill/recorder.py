@@ -7,7 +7,8 @@ import functools
 import inspect
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -35,12 +36,26 @@ class ActRecorder:
 
     def __init__(self) -> None:
         self._acts: list[Act] = []
+        self.is_acting = False
+        """Whether ``handle_data`` runs just now."""
         self._lock = threading.Lock()
 
     @property
     def acts(self) -> tuple[Act, ...]:
         with self._lock:
             return tuple(self._acts)
+
+    @contextmanager
+    def acting(self, kind: Literal["command", "safe"]) -> Iterator[None]:
+        """While the block runs it does what its plugin wrote; what that raises is one of the acts."""
+        self.is_acting = self.is_acting or kind == "command"
+        try:
+            yield
+        except BaseException as error:
+            self.add("failed", cause=f"{type(error).__name__}: {error}")
+            raise
+        finally:
+            self.is_acting = self.is_acting and kind != "command"
 
     def add(self, kind: Literal["command", "safe", "failed"], value: Any = None, cause: str = "") -> None:
         plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
@@ -85,6 +100,11 @@ def watched(handler: DataChannelReceivable[Any], command: DrillCommand | None, *
     return recorder
 
 
+def is_refusal(cause: str) -> bool:
+    """Whether the ``cause`` of a failed act is that the receiver refused the command."""
+    return cause.startswith("Refused:")
+
+
 def acts_on_silence(handler: DataChannelReceivable[Any]) -> bool:
     """Whether its author wrote a safe action at all: the inherited one does nothing."""
     return type(handler).make_safe is not DataChannelReceivable.make_safe
@@ -111,11 +131,8 @@ def _obedient(recorder: ActRecorder, command: DrillCommand | None) -> Callable[[
 def _recorded(call: Callable[..., Any], recorder: ActRecorder, kind: Literal["command", "safe"]) -> Callable[..., Any]:
     @functools.wraps(call)
     def recording(*arguments: Any) -> Any:
-        try:
+        with recorder.acting(kind):
             result = call(*arguments)
-        except BaseException as error:
-            recorder.add("failed", cause=f"{type(error).__name__}: {error}")
-            raise
         if kind == "safe":
             recorder.add("safe", cause=str(arguments[0]))
         else:
@@ -128,11 +145,8 @@ def _recorded(call: Callable[..., Any], recorder: ActRecorder, kind: Literal["co
 def _async_recorded(call: Callable[..., Any], recorder: ActRecorder) -> Callable[..., Any]:
     @functools.wraps(call)
     async def recording(*arguments: Any) -> None:
-        try:
+        with recorder.acting("command"):
             await call(*arguments)
-        except BaseException as error:
-            recorder.add("failed", cause=f"{type(error).__name__}: {error}")
-            raise
         recorder.add("command", arguments[0])
 
     return recording

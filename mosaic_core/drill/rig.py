@@ -14,6 +14,7 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler, reports_position
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
+from mosaic_core.drill.position_reports import PositionReports
 from mosaic_core.drill.recorder import ActRecorder, watched
 from mosaic_core.laboratory.joining import PATIENCE_S, running_robot, signed_in
 from mosaic_core.laboratory.memory_network import MemoryLink, MemoryNetwork
@@ -23,6 +24,7 @@ from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.config import AuthConfig, RobotConfig, ServerConfig
 from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import Delivery
@@ -42,6 +44,7 @@ class DrilledReceiver:
     safety: ReceiverSafety
     delivery: Delivery
     recorder: ActRecorder
+    reports: PositionReports
     command: DrillCommand | None
     no_command: str = ""
 
@@ -92,6 +95,7 @@ class Rig:
     cameras: tuple[str, ...]
     lease_expiry_s: float
     is_live: bool
+    _robot: Robot
     _server: MemoryServer
     _network: MemoryNetwork
     _stack: AsyncExitStack
@@ -105,6 +109,10 @@ class Rig:
         operator, connection = await signed_in(self._stack, self._server, self._network, name)
         await connection.control.wait_for(lambda: connection.control.stop_state is not None, PATIENCE_S)
         return DrillOperator(operator, connection, [*self._network.links.values()][-1])
+
+    def make_safe(self, patience_s: float) -> bool:
+        """Run every safe action and wait for them; ``False`` if one did not end in time. Any thread; blocks."""
+        return self._robot.make_safe("safety.shutdown", patience_s)
 
     async def dismiss(self, *operators: DrillOperator) -> None:
         """They are gone, and nothing of theirs is in anybody's way."""
@@ -122,8 +130,9 @@ async def rig_of(configured: Configured, *, live: bool) -> AsyncIterator[Rig]:
     if not live:
         staged = replace(staged, shared=Shared(), plugins=hook_plugins([]))
     server, network = MemoryServer(str(home.auth.robot_id)), MemoryNetwork()
-    async with running_robot(staged, server, network, "drill"), AsyncExitStack() as stack:
-        yield Rig(subjects, cameras, staged.config.control.lease_expiry_s, live, server, network, stack)
+    expiry_s = staged.config.control.lease_expiry_s
+    async with running_robot(staged, server, network, "drill") as robot, AsyncExitStack() as stack:
+        yield Rig(subjects, cameras, expiry_s, live, robot, server, network, stack)
 
 
 def _staged_config(config: RobotConfig, server: ServerConfig) -> RobotConfig:
@@ -168,7 +177,8 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
         command, no_command = None, "it does not report its position, so a live drill would move it without knowing"
     recorder = watched(receiver, command, live=live)
     mode = connector.terms_of(receiver).mode
-    return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, command, no_command)
+    reports = PositionReports(receiver)
+    return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, reports, command, no_command)
 
 
 async def comes_true(condition: Callable[[], object], timeout_s: float) -> bool:

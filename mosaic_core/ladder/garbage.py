@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.drill.command_stream import opened
 from mosaic_core.drill.commands import DrillCommand
+from mosaic_core.drill.recorder import is_refusal
 from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true, rig_of
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import DoesNotApply, NotJudged
@@ -53,7 +54,7 @@ async def _failures_of(rig: Rig, subject: DrilledReceiver) -> list[tuple[type[An
 
 
 def _is_failure(kind: str, cause: str) -> bool:
-    return kind == "failed" and not cause.startswith("Refused:")
+    return kind == "failed" and not is_refusal(cause)
 
 
 def garbage() -> Iterator[bytes]:

@@ -4,7 +4,6 @@ motion."""
 from __future__ import annotations
 
 import ast
-import contextlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -16,9 +15,11 @@ from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.drill import drill
 from mosaic_core.drill.recorder import acts_on_silence
 from mosaic_core.drill.rig import is_request
+from mosaic_core.ladder.absent_devices import absent_device_errors
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
-from mosaic_core.ladder.lives import absent_device_errors, is_absence, lived
+from mosaic_core.ladder.live_exercises import hurried, live_failures
+from mosaic_core.ladder.lives import is_absence, lived
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import CORE_FOLDER, place_of_class, place_of_field
@@ -33,8 +34,6 @@ DRILLED = (
     "safe-action", "silence", "disconnect", "leaves", "holds-position", "stop", "not-a-number", "out-of-range",
 )  # fmt: skip
 """The exercises that end one way or another by what a class declares. The rest is the framework's own."""
-DRILLED_TIMEOUT_S = 0.5
-"""The longest time-out that the exercises wait for: what a class does after it does not depend on how long it was."""
 
 
 def messages_are_typed(one: Examinee) -> Iterator[Fault]:
@@ -163,18 +162,13 @@ def _moving(one: Examinee) -> list[tuple[DataChannelReceivable[Any], ReceiverSaf
 
 async def passes_the_drill(one: Examinee) -> list[Fault]:
     kinds = {receiver.label: type(receiver) for receiver, _ in _moving(one)}
-    configured = one.configured(one.trial)
-    for connector in configured.connectors:
-        for handler in connector.handlers:
-            if isinstance(handler, DataChannelReceivable) and handler.timeout_s is not None:
-                with contextlib.suppress(AttributeError):  # a property of its class: the drill waits
-                    handler.timeout_s = min(handler.timeout_s, DRILLED_TIMEOUT_S)
-    found = [finding async for finding in drill(configured, only=DRILLED)]
-    return [
-        Fault(f"{finding.exercise}: {finding.why}", place_of_class(kinds[finding.label]))
+    found = [finding async for finding in drill(hurried(one.configured(one.trial)), only=DRILLED)]
+    failed = [
+        (kinds[finding.label], f"{finding.exercise}: {finding.why}")
         for finding in found
         if finding.verdict == "failed" and finding.label in kinds
     ]
+    return [Fault(what, place_of_class(kind)) for kind, what in failed or await live_failures(one)]
 
 
 SILVER = (
@@ -201,9 +195,10 @@ SILVER = (
         "Keep what a run needs in local names and `with` blocks of the body, not in the handler.", survives_restarts,
     ),
     ConnectorRule(
-        "hears-stop", "silver", f"It stops within {STOP_PATIENCE_S:g} s.",
+        "hears-stop", "silver", f"It stops within {STOP_PATIENCE_S:g} s, also while it answers a question.",
         "What does not is abandoned with its thread and its device, and the robot's end waits for it.",
-        "Wait with self.pause or self.every; give reads of devices a time-out.", hears_stop,
+        "Wait with self.pause or self.every, in an answer with request.pause; give reads of devices a time-out.",
+        hears_stop,
     ),
     ConnectorRule(
         "device-gone", "silver", "A device or a host that is not there is DeviceGone.",
@@ -230,9 +225,11 @@ SILVER = (
         "`motion_fields = ()` says that it moves nothing.", motion_is_guarded,
     ),
     ConnectorRule(
-        "safety-drill", "silver", "What moves passes the exercises of the safety drill that its class decides.",
+        "safety-drill", "silver",
+        "What moves passes the exercises of the safety drill that its class decides; with a `trial` also live.",
         "Silence, a dead link, a stop, strangers: each ends in the safe action, in time.",
-        "Run `mosaic safety drill` on a file with it; docs/topics/safety.md explains each exercise.", passes_the_drill,
+        "Run `mosaic safety drill` on a file with it, also with --live; docs/topics/safety.md explains each exercise.",
+        passes_the_drill,
         mostly_waits=True,
     ),
 )  # fmt: skip

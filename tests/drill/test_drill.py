@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import threading
 import time
@@ -15,11 +16,12 @@ from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrack
 from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.drill import findings as drill_findings
+from mosaic_core.drill import position_reports
 from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
-from mosaic_core.drill.positions import elsewhere, in_words
-from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector, until
+from mosaic_core.drill.positions import check_held, elsewhere, error_after, in_words
+from mosaic_core.laboratory.joining import PATIENCE_S, ConnectorEntry, checked_config, connector, until
 from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.position_slew import PositionSlew
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -85,6 +87,20 @@ class SafeActionRaises(Sled):
         raise OSError("the bus is gone")
 
 
+class SafeActionWaits(Sled):
+    """For a command that takes longer than anybody waits for a safe action."""
+
+    lock: ClassVar[threading.Lock] = threading.Lock()
+
+    def handle_data(self, data: Wish) -> None:
+        with self.lock:
+            threading.Event().wait(2.0)
+
+    def make_safe(self, cause: str) -> None:
+        with self.lock:
+            pass
+
+
 class Text(DataChannelReceivable[str]):
     def handle_data(self, data: str) -> None:
         raise AssertionError("a dry drill runs no code of a plugin")
@@ -125,7 +141,7 @@ async def test_a_velocity_receiver_and_its_camera_pass_every_exercise() -> None:
         CmdVelConfigurer, label="base", params={"drive": {"type": "log"}}, safety={"max_rate_hz": 40, "timeout_s": 1.0}
     )
     found = await findings(base, camera)
-    expected = dict.fromkeys(EXERCISES, "passed") | {"holds-position": "skipped"}
+    expected = dict.fromkeys(EXERCISES, "passed") | {"holds-position": "skipped", "tells-position": "skipped"}
     assert {name: one.verdict for name, one in found.items()} == expected, found
     silence = found["silence"]
     assert (silence.limit, silence.why) == ("1000 ms", "safety.timeout")
@@ -182,6 +198,12 @@ async def test_a_safe_action_that_hangs_fails_when_it_is_live() -> None:
         SafeActionHangs.released.set()
     assert found.verdict == "failed"
     assert "did not return" in found.why
+
+
+async def test_a_stop_is_said_while_a_command_is_carried_out_and_a_safe_action_that_waits_for_it_is_told() -> None:
+    found = (await findings(sled(SafeActionWaits), live=True, only=("stop",)))["stop"]
+    assert found.verdict == "failed"
+    assert found.why.endswith("; handle_data ran meanwhile: make_safe must take no lock that it holds")
 
 
 async def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> None:
@@ -353,7 +375,9 @@ class DeafSensor(Arm):
 
 
 class SwingsHome(Arm):
-    """A safe action that sends it home, where it stands at first; it gets there by and by."""
+    """A safe action that sends it home, where it stands at first; it gets there by and by. A new command ends that."""
+
+    speed_degps = 8.0
 
     def __init__(self, label: str) -> None:
         super().__init__(label)
@@ -362,14 +386,14 @@ class SwingsHome(Arm):
 
     def reported_position(self, field: str) -> float | None:
         if self.began_s is not None:
-            gone = 8.0 * (time.monotonic() - self.began_s)
+            gone = self.speed_degps * (time.monotonic() - self.began_s)
             self.began_s = time.monotonic()
             self.is_at += max(-gone, min(gone, 20.0 - self.is_at))
         return self.is_at
 
     def handle_data(self, data: Angle) -> None:
-        if self.began_s is None:
-            self.is_at = data.angle_deg
+        self.began_s = None
+        self.is_at = data.angle_deg
 
     def make_safe(self, cause: str) -> None:
         self.began_s = time.monotonic()
@@ -436,7 +460,7 @@ def arm(handler: type[Any] = Arm, **bounds: float) -> ConnectorEntry:
 async def test_an_arm_passes_every_exercise_that_is_for_positions() -> None:
     found = await findings(arm(min=5, max=120, max_rate_per_s=90))
     skipped = {name for name, one in found.items() if one.verdict == "skipped"}
-    assert skipped == {"frozen-picture"}
+    assert skipped == {"frozen-picture", "tells-position"}
     assert [one for name, one in found.items() if one.verdict != "passed" and name not in skipped] == []
     assert found["holds-position"].limit == "angle_deg = 62.5"
 
@@ -487,11 +511,16 @@ def test_positions_are_told_in_one_line(places: dict[str, float], words: str) ->
     assert in_words(places) == words
 
 
-@pytest.mark.parametrize("handler", [Arm, Folds])
-async def test_a_live_drill_leaves_an_arm_where_it_is(handler: type[Any]) -> None:
-    found = await findings(arm(handler, min=5, max=120, max_rate_per_s=90), live=True, only=("holds-position",))
-    assert found["holds-position"].verdict == "passed"
-    assert found["holds-position"].limit == ("angle_deg = 63.9" if handler is Arm else "angle_deg = 20")
+async def test_a_live_drill_leaves_an_arm_where_it_is() -> None:
+    found = await findings(arm(min=5, max=120, max_rate_per_s=90), live=True, only=("tells-position", "holds-position"))
+    assert (found["tells-position"].verdict, found["tells-position"].measured) == ("passed", "angle_deg = 60")
+    assert (found["holds-position"].verdict, found["holds-position"].limit) == ("passed", "angle_deg = 63.9")
+
+
+async def test_a_safe_action_that_folds_an_arm_fails_though_nobody_swings_it_back() -> None:
+    found = (await findings(arm(Folds), live=True, only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit, found.measured) == ("failed", "angle_deg = 60", "20")
+    assert found.why.startswith("its safe action moved it by 40 within 1 s: it must hold")
 
 
 async def test_a_framework_that_begins_at_zero_after_a_safe_action_fails(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -545,16 +574,81 @@ async def test_a_rate_of_what_never_reports_can_not_begin_anywhere() -> None:
         configured(arm(KnowsNothing, max_rate_per_s=90))
 
 
-async def test_no_live_drill_moves_an_arm_whose_sensor_says_nothing() -> None:
-    found = await findings(arm(DeafSensor, min=5, max=120), live=True, only=("silence", "holds-position"))
-    assert {one.verdict for one in found.values()} == {"skipped"}
-    assert found["silence"].why.startswith("DeafSensor.reported_position says nothing of 'angle_deg', so a live drill")
+async def test_no_live_drill_moves_an_arm_whose_sensor_says_nothing_and_says_so_once() -> None:
+    (found,) = (await findings(arm(DeafSensor, min=5, max=120), live=True, only=("silence", "holds-position"))).values()
+    assert (found.exercise, found.verdict) == ("silence", "skipped")
+    assert found.why.startswith("DeafSensor.reported_position says nothing of 'angle_deg', so a live drill")
+    assert found.why.endswith("; nothing else of it is exercised")
 
 
-async def test_a_safe_action_that_swings_an_arm_home_fails_though_it_stood_there() -> None:
+@pytest.mark.parametrize("said", [math.nan, "60", [60.0]])
+async def test_a_report_that_is_no_number_is_told_once_with_its_line_and_no_command_is_blamed(said: Any) -> None:
+    class Babbles(Arm):
+        def reported_position(self, field: str) -> Any:
+            return said
+
+    found = await findings(arm(Babbles, min=5, max=120), live=True)
+    assert {name: one.verdict for name, one in found.items()} == {"safe-action": "passed", "tells-position": "failed"}
+    told = found["tells-position"].why
+    assert told.startswith(f"Babbles.reported_position says {said!r} of 'angle_deg' ({__file__}:")
+    assert "a finite number is wanted, or None if unknown" in told
+
+
+async def test_a_report_that_never_comes_ends_the_exercise_with_that_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(position_reports, "ANSWER_S", 0.1)
+    released = threading.Event()
+
+    class Blocks(Arm):
+        def reported_position(self, field: str) -> float | None:
+            released.wait(PATIENCE_S)
+            return self.is_at
+
+    try:
+        (found,) = (await findings(arm(Blocks), live=True, only=("silence", "stop"))).values()
+    finally:
+        released.set()
+    assert (found.exercise, found.verdict) == ("silence", "failed")
+    assert found.why.startswith(f"Blocks.reported_position did not return within 0.1 s ({__file__}:")
+
+
+async def test_a_receiver_of_which_no_message_could_be_made_is_told_once() -> None:
+    found = await findings(connector(made_by(JointsUnknown), label="arm"), only=("silence", "stop", "leaves"))
+    assert list(found) == ["silence"]
+    assert "nobody says which numbers" in found["silence"].why
+
+
+@pytest.mark.parametrize("speed_degps", [8.0, 0.4])
+async def test_a_safe_action_that_swings_an_arm_home_fails_though_it_stood_there_and_however_slowly(
+    monkeypatch: pytest.MonkeyPatch, speed_degps: float
+) -> None:
+    monkeypatch.setattr(SwingsHome, "speed_degps", speed_degps)
     found = (await findings(arm(SwingsHome, min=5, max=120), live=True, only=("holds-position",)))["holds-position"]
     assert found.verdict == "failed", found
-    assert found.why.startswith("told to stay after a safe action, it was moved elsewhere: a swing of ")
+    assert found.why.startswith("its safe action moved it by ")
+
+
+@pytest.mark.parametrize(
+    ("stood", "said", "is_held"),
+    [
+        ([60.0] * 6, [60.2, 59.8], True),
+        ([60.0] * 6, [60.1, 60.3], False),
+        ([59.0, 60.0, 61.0, 60.0], [61.2], True),
+        ([59.0, 60.0, 61.0, 60.0], [61.4], False),
+        ([60.0, 60.1, 60.0], [], True),
+        ([], [60.0], True),
+    ],
+)
+def test_what_wavers_by_itself_may_waver_after_a_safe_action_and_no_more_than_a_sensor_errs(
+    stood: list[float], said: list[float], is_held: bool
+) -> None:
+    with contextlib.nullcontext() if is_held else pytest.raises(ExerciseFailed, match="its safe action moved it"):
+        check_held("angle_deg", stood, said, 1.3)
+
+
+def test_in_a_small_range_a_sensor_errs_by_less_than_the_way_that_must_be_seen() -> None:
+    assert error_after(0.04, 0.06) == pytest.approx(0.02 / 3)
+    assert error_after(60.0, 63.9) == pytest.approx(3.9 / 3)
+    assert error_after(60.0, 60.0) == pytest.approx(1.3)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from mosaic_core.ladder.absent_devices import ABSENT, NOWHERE, without_device
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.lives import ABSENT, NOWHERE, without_device
 from mosaic_core.ladder.shipment import found_shipments
 from mosaic_core.ladder.silver_rules import absent_devices_are_gone
 from tests.ladder.conftest import GoodPlugin

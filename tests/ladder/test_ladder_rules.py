@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
+from pydantic import Field
 
+from mosaic_core import Message, Request, RequestHandler
+from mosaic_core.laboratory.joining import until
 from mosaic_core.ladder.climb import RULES, climb, reached
 from mosaic_core.ladder.fault import LEVELS, LadderLevel
+from mosaic_core.ladder.lives import question_for
 from mosaic_core.ladder.rule import RuleFinding, ShipmentRule
 from mosaic_core.ladder.shipment import found_shipments
 from mosaic_core.testing.pytest_plugin import InstallDistribution
@@ -183,6 +188,126 @@ async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, nam
     assert fault.place.file.startswith(str(plugin.folder))
     if not isinstance(found[0].rule, ShipmentRule) and file == C:
         assert fault.place.line is not None
+
+
+WHEEL = """    def handle_data(self, data: Turn) -> None:
+        pass
+
+    def make_safe(self, cause: str) -> None:
+        pass
+"""
+WAITS_FOR_A_LOCK = """    def handle_data(self, data: Turn) -> None:
+        import threading
+
+        self.lock = vars(self).get("lock") or threading.Lock()
+        with self.lock:
+            threading.Event().wait(0.6)
+
+    def make_safe(self, cause: str) -> None:
+        with self.lock:
+            pass
+"""
+REFUSES_ALL = """    def handle_data(self, data: Turn) -> None:
+        from mosaic_core import Refused
+
+        raise Refused("acme.not_armed", "arm it first")
+
+    def make_safe(self, cause: str) -> None:
+        pass
+"""
+TYPE, TRIED = '    connector_type = "acme-wheel"\n', '    connector_type = "acme-wheel"\n    trial = {}\n'
+
+
+@pytest.mark.parametrize(
+    ("body", "kind", "told"),
+    [
+        (WAITS_FOR_A_LOCK, TRIED, "; handle_data ran meanwhile: make_safe must take no lock that it holds"),
+        (WAITS_FOR_A_LOCK, TYPE, ""),
+        (REFUSES_ALL, TRIED, ""),
+        (WHEEL, TRIED, ""),
+    ],
+)
+async def test_what_moves_is_driven_on_the_device_that_its_author_has_made_up_and_on_no_other(
+    plugin: GoodPlugin, body: str, kind: str, told: str
+) -> None:
+    plugin.spoil(C, WHEEL, body)
+    plugin.spoil(C, TYPE, kind)
+    (found,) = [one for one in await findings(plugin, only=("safety-drill",)) if one.subject == "acme-wheel"]
+    assert (found.verdict == "failed") == bool(told), found.faults
+    for fault in found.faults:
+        assert fault.message.startswith("stop: ")
+        assert told in fault.message
+
+
+WHOLE_WHEEL = """class Wheel(DataChannelReceivable[Turn]):
+    delivery = Delivery.LATEST
+    timeout_s = 0.3
+    requires_lease = True
+    motion_fields = ("speed_mps",)
+
+"""
+ASKED = "class Wheel(RequestHandler[Turn, Turn]):\n"
+HEARS_NOTHING = """    def answer(self, question, request):
+        import threading
+        threading.Event().wait(2.0)  # a device that takes its time
+        return question
+"""
+SWALLOWS_THE_END = """    async def answer(self, question, request):
+        import asyncio
+        for _ in range(20):
+            try:
+                await asyncio.sleep(0.1)
+            except asyncio.CancelledError:
+                pass
+        globals()["ENDED"] = True
+        return question
+"""
+HEARS = """    def answer(self, question, request):
+        request.progress({"percent": 0})
+        request.pause(5.0)
+        return question
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "kind", "verdict", "line"),
+    [
+        (HEARS_NOTHING, TRIED, "failed", "wait(2.0)"),
+        (SWALLOWS_THE_END, TRIED, "failed", "class WheelConfigurer"),
+        (HEARS_NOTHING, TYPE, "passed", ""),
+        (HEARS, TRIED, "passed", ""),
+    ],
+)
+async def test_what_answers_must_hear_its_end_and_is_asked_where_its_device_is_made_up(
+    plugin: GoodPlugin, body: str, kind: str, verdict: str, line: str
+) -> None:
+    plugin.spoil(C, WHOLE_WHEEL, ASKED)
+    plugin.spoil(C, WHEEL, body)
+    plugin.spoil(C, TYPE, kind)
+    plugin.spoil(C, "import DataChannelConfigurer", "import RequestHandler, DataChannelConfigurer")
+    (found,) = [one for one in await findings(plugin, only=("hears-stop",)) if one.subject == "acme-wheel"]
+    if body == SWALLOWS_THE_END:
+        await until(lambda: hasattr(sys.modules["acme_gauge.connector"], "ENDED"))
+    assert found.verdict == verdict
+    for fault in found.faults:
+        assert fault.place.line is not None
+        assert line in Path(fault.place.file).read_text().splitlines()[fault.place.line - 1]
+
+
+class Look(Message):
+    duration_s: float = Field(ge=0, le=20)
+    width_m: float = Field(gt=1)
+    readings: int = 3
+
+
+class Looker(RequestHandler[Look, Look]):
+    def answer(self, question: Look, request: Request) -> Look:
+        return question
+
+
+def test_a_question_is_valid_and_takes_as_long_as_it_may() -> None:
+    question = Look.model_validate_json(question_for(Looker("look")))
+    assert (question.duration_s, question.readings) == (10.0, 3)
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Coroutine
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from mosaic_core.drill.findings import DrillFinding
+    from mosaic_core.drill.rig import Rig
     from mosaic_core.runtime.configuration.auto_configurer import Configured
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Exercise what keeps a robot safe.")
@@ -48,7 +50,8 @@ def drill(
     Real configurers, limits, time-outs and robot, with server and network in memory: what the file says of a server
     is no matter. Dry by default: handle_data and
     make_safe of the plugins are replaced by recorders and no device is opened, so it shows that the framework and the
-    file are right, not that the wheels stand. Exit code 1 if anything fails.
+    file are right, not that the wheels stand. Exit code 1 if anything fails. Ctrl-C runs the safe actions first, then
+    ends; a second one ends at once.
     """
     from mosaic_core.drill.drill import EXERCISES
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
@@ -83,21 +86,53 @@ def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: 
     from mosaic_core.drill.drill import drill as findings_of
 
     set_up_logging(LogLevel.ERROR)
+    found: list[DrillFinding] = []
 
-    async def main() -> list[DrillFinding]:
-        found: list[DrillFinding] = []
+    async def find(begun: Callable[[Rig], None]) -> None:
         with Console(stderr=True).status("drilling …") as status:
-            async for finding in findings_of(configured, live=live, only=only):
+            async for finding in findings_of(configured, live=live, only=only, begun=begun):
                 found.append(finding)
                 status.update(f"drilling … {finding.label}: {finding.exercise} {finding.verdict}")
                 if as_json:
                     typer.echo(json.dumps(asdict(finding), ensure_ascii=False))
-        return found
 
-    found = asyncio.run(main())
+    code = asyncio.run(_until_a_signal(find))
     if not as_json:
         _show(found, console(PIPE_WIDTH), live=live)
-    return FAILED if any(one.verdict == "failed" for one in found) else FINE
+    return code or (FAILED if any(one.verdict == "failed" for one in found) else FINE)
+
+
+async def _until_a_signal(find: Callable[[Callable[[Rig], None]], Coroutine[Any, Any, None]]) -> int:
+    """Drill to the end, or until Ctrl-C or SIGTERM: then the safe actions run first, and nothing is waited for that
+    hangs. The exit code of a signal, else 0."""
+    import asyncio
+
+    from mosaic_core.cli.robot.end_signals import SAFE_WITHIN_S, EndSignals
+
+    rigs: list[Rig] = []
+    are_safe: list[bool] = []
+    wanted = asyncio.Event()
+    make_safe = lambda: are_safe.extend(rig.make_safe(SAFE_WITHIN_S) for rig in rigs)  # noqa: E731
+    signals = EndSignals(wanted, make_safe, safe_first=True)
+    signals.install()
+    drilling, ending = asyncio.create_task(find(rigs.append)), asyncio.create_task(wanted.wait())
+    try:
+        await asyncio.wait({drilling, ending}, return_when=asyncio.FIRST_COMPLETED)
+        if not signals.code:
+            drilling.result()
+            return 0
+        drilling.cancel()
+        await asyncio.wait({drilling})
+        _tell_interrupted(is_safe=all(are_safe) and len(are_safe) == len(rigs))
+        return signals.code
+    finally:
+        ending.cancel()
+        signals.uninstall()
+
+
+def _tell_interrupted(*, is_safe: bool) -> None:
+    what = "the safe actions have run" if is_safe else "a SAFE ACTION DID NOT END: look at the device"
+    typer.secho(f"interrupted: {what}", err=True, fg=typer.colors.YELLOW if is_safe else typer.colors.RED)
 
 
 def _show(found: list[DrillFinding], console: Console, *, live: bool) -> None:

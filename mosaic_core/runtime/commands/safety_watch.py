@@ -112,7 +112,8 @@ class SafetyWatch:
         self._restop_at_s: float | None = None
         self._before: tuple[Feeding, str | None, int] | None = None
         self._zeros: tuple[int, float] | None = None
-        self._failures = 0
+        self.failures = 0
+        """How often the safe action has failed since it worked last."""
         self._retry: tuple[float, str, bool] | None = None
 
     @property
@@ -314,12 +315,12 @@ class SafetyWatch:
             self._make_safe(cause)
         except BaseException:
             with self._owner.changed:
-                wait_s = _RETRY_S[min(self._failures, len(_RETRY_S) - 1)]
-                self._failures += 1
+                wait_s = _RETRY_S[min(self.failures, len(_RETRY_S) - 1)]
+                self.failures += 1
                 self._retry = (time.monotonic() + wait_s, cause, zeros_of is not None)
             raise
         with self._owner.changed:
-            self._failures, self._retry = 0, None
+            self.failures, self._retry = 0, None
             if zeros_of is not None and zeros_of == self.fired:
                 self._zeros = (zeros_of, time.monotonic() + ZEROS_FOR_S)
                 self.woken()

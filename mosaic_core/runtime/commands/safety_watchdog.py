@@ -135,14 +135,38 @@ class SafetyWatchdog:
         self.changed.notify_all()
         self.changed.release()
         try:
-            action()
-        except BaseException:  # whatever a plugin raises here, sys.exit() too: this thread guards all the others
-            logger.exception("the safe action of %r failed", watch.label, extra={"label": watch.label})
+            _carry_out(watch, action, is_farewell=flag == "is_parting")
         finally:
             self.changed.acquire()
             setattr(watch, flag, False)
             self._idle += 1
             self.changed.notify_all()
+
+
+def _carry_out(watch: SafetyWatch, action: Action, *, is_farewell: bool) -> None:
+    """Whatever a plugin raises here, sys.exit() too, is told: this thread guards all the others."""
+    failures, fields = watch.failures, {"label": watch.label}
+    try:
+        action()
+    except BaseException:
+        if is_farewell:
+            logger.exception("peer_left of %r failed", watch.label, extra=fields)
+        else:
+            _tell_failed(watch)
+    else:
+        if failures and not is_farewell:
+            logger.warning(
+                "the safe action of %r works again; it had failed %d times", watch.label, failures, extra=fields
+            )
+
+
+def _tell_failed(watch: SafetyWatch) -> None:
+    """The first failure with its traceback; of those that follow until it works, that they are ten, a hundred, …"""
+    count, fields = watch.failures, {"label": watch.label}
+    if count == 1:
+        logger.exception("the safe action of %r failed", watch.label, extra=fields)
+    elif str(count).rstrip("0") == "1":
+        logger.error("the safe action of %r has failed %d times", watch.label, count, extra=fields)
 
 
 def _is_busy(watch: SafetyWatch) -> bool:

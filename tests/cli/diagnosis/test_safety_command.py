@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -126,3 +127,60 @@ def test_a_wrong_file_is_told_before_anything_runs(mosaic: Callable[..., Any], t
     ended = mosaic("safety", "drill", str(tmp_path / "nothing.yaml"))
     assert ended.code == 2
     assert "nothing.yaml" in ended.err
+
+
+SLED = """\
+import os
+import signal
+from pathlib import Path
+
+from mosaic_core import DataChannelConfigurer, DataChannelJsonReceivable, NoParams
+
+
+class Sled(DataChannelJsonReceivable):
+    timeout_s = 5.0
+    motion_fields = ("speed_mps",)
+    has_interrupted = False
+
+    def handle_data(self, data):
+        if not self.has_interrupted:  # a second one would end this very process
+            self.has_interrupted = True
+            os.kill(os.getpid(), signal.{signal})
+
+    def make_safe(self, cause):
+        with Path(__file__).with_suffix(".told").open("a") as told:
+            told.write(cause + "\\n")
+        {safe}
+
+
+class SledConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "sled"
+
+    def configure(self):
+        return Sled(self.label)
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "safe", "told"),
+    [
+        (signal.SIGINT, "pass", "interrupted: the safe actions have run"),
+        (signal.SIGTERM, "pass", "interrupted: the safe actions have run"),
+        (signal.SIGINT, "raise OSError('the bus is gone')", "interrupted: a SAFE ACTION DID NOT END"),
+    ],
+)
+def test_a_drill_that_is_interrupted_makes_safe_first_and_ends(
+    mosaic: Callable[..., Any], tmp_path: Path, number: signal.Signals, safe: str, told: str
+) -> None:
+    (tmp_path / "connectors").mkdir()
+    own = tmp_path / "connectors" / "sled.py"
+    own.write_text(SLED.format(signal=number.name, safe=safe))
+    file = tmp_path / "robot.yaml"
+    file.write_text("connectors:\n  - { type: sled, label: sled }\n")
+    before = signal.getsignal(number)
+    ended = mosaic("safety", "drill", str(file), "--live", "--yes", "--local-connectors")
+    assert ended.code == 128 + number
+    assert told in ended.err
+    assert own.with_suffix(".told").read_text().count("safety.shutdown") >= 1
+    assert "1 passed, 0 failed" in ended.out, "what was found until then is told"
+    assert signal.getsignal(number) == before

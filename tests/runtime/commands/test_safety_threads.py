@@ -231,6 +231,38 @@ def test_a_broken_safe_action_costs_no_thread_and_is_told_with_its_label(
     assert str(record.exc_info[1]) == "valve stuck"
 
 
+def test_a_safe_action_that_breaks_again_and_again_has_one_traceback_is_counted_and_told_when_it_works(
+    stage: Stage, safety: SafetyWatchdog, caplog: pytest.LogCaptureFixture
+) -> None:
+    def breaks(_cause: str) -> None:
+        if valve.failures < 12:
+            raise OSError("valve stuck")
+
+    valve = safety.guard("valve", ReceiverSafety(), breaks, lambda _: None)
+    for _ in range(13):
+        valve.make_safe("safety.stop")
+        stage.turn()
+    told = [(record.getMessage(), record.exc_info is not None) for record in caplog.records]
+    assert told == [
+        ("the safe action of 'valve' failed", True),
+        ("the safe action of 'valve' has failed 10 times", False),
+        ("the safe action of 'valve' works again; it had failed 12 times", False),
+    ]
+
+
+def test_a_farewell_that_breaks_is_no_safe_action(
+    stage: Stage, safety: SafetyWatchdog, caplog: pytest.LogCaptureFixture
+) -> None:
+    def forgets(_sender: Sender) -> None:
+        raise KeyError("ann")
+
+    valve = safety.guard("valve", ReceiverSafety(), lambda _: None, forgets)
+    valve.peer_joined("ann")
+    valve.peer_left(Sender("ann", "session"))
+    stage.turn()
+    assert [record.getMessage() for record in caplog.records] == ["peer_left of 'valve' failed"]
+
+
 def test_who_waits_for_an_action_hears_of_its_beginning_and_of_its_end(stage: Stage, safety: SafetyWatchdog) -> None:
     motor, told = Motor(stage), []
     guarded(safety, motor).make_safe("safety.stop")
