@@ -37,6 +37,7 @@ from mosaic_core.contract.declared.sent_picture import check_picture, check_stam
 from mosaic_core.contract.declared.sent_sound import check_sound
 from mosaic_core.contract.declared.type_arguments import TypeArguments
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+from mosaic_core.contract.devices.keeper import Keeper
 from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
@@ -72,6 +73,9 @@ class Handler(TypeArguments):
     """The widget that shows it best, a hint for the dashboard: one of
     :data:`~mosaic_core.words.catalogue.WIDGET_HINTS`, or one that a distribution ships, which is named with its module:
     ``acme-arm/ArmPanel``."""
+    keeper: Keeper | None = None
+    """What keeps the device open that this handler drives; set it in ``__init__``. While the device is away, so is the
+    handler for whoever looks at it, and :class:`~mosaic_core.DeviceGone` of its ``handle_data`` is told to the keeper."""
     data_type: MosaicDataType
 
     def __init__(self, label: str) -> None:

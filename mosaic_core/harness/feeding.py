@@ -47,6 +47,7 @@ from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
 from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.errors import DeviceGone
 from mosaic_core.words.safety_config import SafePolicy
 
 
@@ -187,6 +188,11 @@ class Feeder:
                 yield waiting
         except Refused as refused:
             self.fed.refused.append(RefusedMessage(self._elapsed_s(), refused.code, refused.message))
+        except DeviceGone as gone:
+            if self._handler.keeper is None:
+                raise
+            self._handler.keeper.lost(gone)
+            self.fed.refused.append(RefusedMessage(self._elapsed_s(), gone.code, gone.message))
         else:
             self.fed.accepted.append(command.value)
         finally:
@@ -231,8 +237,13 @@ class Feeder:
         self._watchdog.disarm()
         self._mover = None
         self._zeros_at_s.clear()
-        self.fed.made_safe.append(MadeSafe(self._elapsed_s(), cause))
-        self._handler.make_safe(cause)
+        try:
+            self._handler.make_safe(cause)
+        except DeviceGone:
+            if self._handler.keeper is None:
+                raise
+        else:
+            self.fed.made_safe.append(MadeSafe(self._elapsed_s(), cause))
 
     def _elapsed_s(self) -> float:
         """To the microsecond, so that a test can write ``0.3`` and mean it."""

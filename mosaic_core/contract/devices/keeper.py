@@ -9,8 +9,10 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from typing import Protocol
 
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
+from mosaic_core.words.errors import DeviceGone
 
 _log = logging.getLogger(__name__)
 
@@ -21,11 +23,19 @@ RETRY = BackoffPolicy(first_s=0.5, max_s=5.0, jitter=0.0)
 """An adapter that is plugged in again is back within seconds, and nobody waits longer than five."""
 
 
+class AbsenceListener(Protocol):
+    """Hears whether a kept device is there. Any thread; neither blocks nor raises."""
+
+    def away(self, gone: DeviceGone, tries_again_in_s: float) -> None: ...
+    def is_back(self) -> None: ...
+
+
 class Keeper:
     """Takes turns on a thread of its own, from :meth:`start` to :meth:`stop`.
 
     Make it with the thing that connectors share (:class:`~mosaic_core.Shared`), start it in ``__enter__``, which then
-    neither fails nor blocks, and stop it in ``__exit__``.
+    neither fails nor blocks, and stop it in ``__exit__``. Handlers that drive the device name it as their ``keeper``:
+    while it is away, so are they, and everybody is told as of a body that raises :class:`~mosaic_core.DeviceGone`.
     """
 
     def __init__(
@@ -33,17 +43,21 @@ class Keeper:
         patience_s: float = PATIENCE_S, retry: BackoffPolicy = RETRY,
     ) -> None:  # fmt: skip
         """``name``: of the thread. ``turn``: opens what is not open, or does one piece of work, and returns the seconds
-        until the next turn, ``None``: until :meth:`wake`; what it raises is logged, and it is called again. ``leave``:
-        on the thread, after the last turn. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after
-        failures."""
+        until the next turn, ``None``: until :meth:`wake`. Raising :class:`~mosaic_core.DeviceGone` it says that the
+        device is away; what else it raises is logged; it is called again in both cases. ``leave``: on the thread, after
+        the last turn. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after failures."""
         self._name = name
         self._turn = turn
         self._leave = leave
         self._patience_s = patience_s
         self._backoff = Backoff(retry)
         self._thread: _KeeperThread | None = None
-        self.is_failing = False
-        """The last that was told is :meth:`failed`."""
+        self._listeners: list[AbsenceListener] = []
+        self._absence_lock = threading.Lock()
+        self.absence: DeviceGone | None = None
+        """Why the device is away, as far as anybody has noticed. Any thread."""
+        self.failures = 0
+        """Since the device was there last."""
 
     def start(self) -> None:
         """Begin to take turns. Never blocks."""
@@ -63,15 +77,59 @@ class Keeper:
             _log.error("%s did not close within %s s and was abandoned", self._name, self._patience_s)
 
     def failed(self) -> float:
-        """For a turn that could not open the device: the seconds until the next attempt, twice those before, from half
-        a second to five."""
-        self.is_failing = True
+        """For a turn that could not do its work: the seconds until the next attempt, by default twice those before,
+        from half a second to five."""
+        self.failures += 1
         return self._backoff.failed(0.0, 0.0)
 
+    def away(self, gone: DeviceGone) -> float:
+        """As :meth:`failed`, of a device that is not there; a turn may raise ``gone`` instead."""
+        wait_s = self.failed()
+        self._tell_away(gone, wait_s)
+        return wait_s
+
     def worked(self) -> None:
-        """The device is there: the next failure is a first one again."""
-        self.is_failing = False
+        """The device is there: the next failure is a first one again. A turn that returns without having :meth:`failed`
+        says so by that."""
+        self.failures = 0
         self._backoff.reset()
+        if self.absence is not None:
+            self._tell_back()
+
+    def lost(self, gone: DeviceGone) -> None:
+        """Whoever used the device has found it gone: the next turn, which opens it, comes now. Any thread. A
+        ``handle_data`` whose handler names this keeper need only raise ``gone``."""
+        if self.absence is None:
+            self._tell_away(gone, 0.0)
+            self.wake()
+
+    def listen(self, listener: AbsenceListener) -> None:
+        """Tell it of each failed attempt, and when the device is back. Any thread."""
+        with self._absence_lock:
+            self._listeners.append(listener)
+            if self.absence is not None:
+                listener.away(self.absence, 0.0)
+
+    def ignore(self, listener: AbsenceListener) -> None:
+        """Tell it no more. Any thread."""
+        with self._absence_lock:
+            self._listeners.remove(listener)
+
+    def _tell_away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
+        with self._absence_lock:
+            is_news, self.absence = self.absence is None or str(self.absence) != str(gone), gone
+            for one in self._listeners:
+                one.away(gone, tries_again_in_s)
+            if is_news and not self._listeners:
+                _log.warning("%s: %s; tries again in %.1f s", self._name, gone, tries_again_in_s)
+
+    def _tell_back(self) -> None:
+        with self._absence_lock:
+            self.absence = None
+            for one in self._listeners:
+                one.is_back()
+            if not self._listeners:
+                _log.info("%s: the device is back", self._name)
 
     def wake(self) -> None:
         """Take the next turn, or end a :meth:`wait`, now. Any thread."""
@@ -125,8 +183,16 @@ class _KeeperThread(threading.Thread):
     def _take(self) -> None:
         """One turn and its rest; what is wrong with it is told, and another one tries again: a device shall not be
         given up for it."""
+        failures = self.keeper.failures
         try:
-            self.wait(self._turn())
+            rest_s = self._turn()
+            if not isinstance(rest_s, int | float | None):
+                raise TypeError(f"a turn returns the seconds until the next one, or None, and not {rest_s!r}")
+            if self.keeper.failures == failures:
+                self.keeper.worked()
+            self.wait(rest_s)
+        except DeviceGone as gone:
+            self.wait(self.keeper.away(gone))
         except Exception:  # noqa: BLE001 - code of a plugin may raise anything, and return what is no time
             wait_s = self.keeper.failed()
             _log.exception("%s: a turn failed; the next one comes in %s s", self.name, wait_s)

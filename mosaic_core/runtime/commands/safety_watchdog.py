@@ -15,6 +15,7 @@ from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.commands.safety_watch import Action, CommandFence, SafetyWatch
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.thread_priority import run_first
+from mosaic_core.words.errors import DeviceGone
 
 logger = logging.getLogger(__name__)
 
@@ -148,11 +149,11 @@ def _carry_out(watch: SafetyWatch, action: Action, *, is_farewell: bool) -> None
     failures, fields = watch.failures, {"label": watch.label}
     try:
         action()
-    except BaseException:
+    except BaseException as error:
         if is_farewell:
             logger.exception("peer_left of %r failed", watch.label, extra=fields)
         else:
-            _tell_failed(watch)
+            _tell_failed(watch, error)
     else:
         if failures and not is_farewell:
             logger.warning(
@@ -160,10 +161,14 @@ def _carry_out(watch: SafetyWatch, action: Action, *, is_farewell: bool) -> None
             )
 
 
-def _tell_failed(watch: SafetyWatch) -> None:
-    """The first failure with its traceback; of those that follow until it works, that they are ten, a hundred, …"""
+def _tell_failed(watch: SafetyWatch, error: BaseException) -> None:
+    """The first failure with its traceback, if it is no absence; of those that follow until it works, that they are
+    ten, a hundred, …"""
     count, fields = watch.failures, {"label": watch.label}
-    if count == 1:
+    if isinstance(error, DeviceGone):
+        level = logging.WARNING if count == 1 else logging.DEBUG
+        logger.log(level, "the safe action of %r waits for its device: %s", watch.label, error, extra=fields)
+    elif count == 1:
         logger.exception("the safe action of %r failed", watch.label, extra=fields)
     elif str(count).rstrip("0") == "1":
         logger.error("the safe action of %r has failed %d times", watch.label, count, extra=fields)

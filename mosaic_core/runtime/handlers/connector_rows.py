@@ -86,6 +86,7 @@ class ConnectorRows:
         runner, route = self.runners.get(label), self.routes.get(label)
         # what only receives has nothing to restart: after its rest it takes the next message
         rested = runner is None and route is not None and route.receiver is not None and not route.receiver.is_resting
-        if self.failures[label].is_failing and not rested:
+        failures = self.failures[label]
+        if failures.is_away or (failures.is_failing and not rested):
             return "failed"
         return runner.state if runner is not None else "running"

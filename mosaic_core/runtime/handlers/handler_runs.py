@@ -7,7 +7,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from mosaic_core.contract.handler import (
@@ -38,6 +38,7 @@ from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
+from mosaic_core.words.errors import DeviceGone
 
 logger = logging.getLogger(__name__)
 
@@ -146,6 +147,8 @@ class HandlerRuns:
         code = PluginCode((handler,))
         failures = Failures(handler.label, lambda *failure: self._failed.put(failure), code=code)
         self._failures[handler.label] = failures
+        if handler.keeper is not None:
+            handler.keeper.listen(failures)
         runner = runner_of(handler, host, failures)
         if runner is not None:
             self._runners[handler.label] = runner
@@ -153,7 +156,7 @@ class HandlerRuns:
             self._always.add(handler.label)
 
     def _receiver(self, route: Route, handler: DataChannelReceivable[object]) -> Receiver:
-        failures, requests, make_safe = self._failures[route.label], None, handler.make_safe
+        failures, requests, make_safe = self._failures[route.label], None, _safe_action_of(handler)
         if isinstance(handler, RequestHandler):
             requests = RequestDesk(handler, failures, is_motion=route.safety.is_motion)
             make_safe = requests.make_safe
@@ -206,6 +209,12 @@ class HandlerRuns:
         await asyncio.gather(*endings, *(runner.closed() for runner in runners))
         self.safety.forget([receiver.watch for receiver in receivers])
         self._always.difference_update(labels)
+        self._leave_keepers(connectors)
+
+    def _leave_keepers(self, connectors: Sequence[Connector]) -> None:
+        for handler in [handler for connector in connectors for handler in connector.handlers]:
+            if handler.keeper is not None:
+                handler.keeper.ignore(self._failures[handler.label])
 
     def _receivers_of(self, connectors: Sequence[Connector]) -> list[Receiver]:
         return [one for label in _labels_of(connectors) if (one := self._receiver_at(label)) is not None]
@@ -257,6 +266,7 @@ class HandlerRuns:
         for connector in connectors:
             for handler in connector.handlers:
                 receiver, runner = self._receiver_at(handler.label), self._runners.get(handler.label)
+                _look_for_keeper(handler)
                 if receiver is not None:
                     receiver.start()
                 if runner is not None:
@@ -285,6 +295,7 @@ class HandlerRuns:
         endings = [receiver.closed() for receiver in receivers]
         endings += [runner.closed() for runner in self._runners.values()]
         await asyncio.gather(*endings, self.talk.closed())
+        self._leave_keepers(self._connectors)
         self.media.close()
         self.safety.close()
 
@@ -325,6 +336,30 @@ class HandlerRuns:
             for connector in self._connectors
             for group in connector.groups
         )
+
+
+def _safe_action_of(handler: DataChannelReceivable[object]) -> Callable[[str], None]:
+    """What it finds of its device, the keeper hears, which opens it again."""
+    keeper = handler.keeper
+    if keeper is None:
+        return handler.make_safe
+
+    def make_safe(cause: str) -> None:
+        try:
+            handler.make_safe(cause)
+        except DeviceGone as gone:
+            keeper.lost(gone)
+            raise
+
+    return make_safe
+
+
+def _look_for_keeper(handler: Handler) -> None:
+    """One that was never started opens nothing, and would say nothing of it."""
+    if handler.keeper is not None and handler.keeper.is_stopping:
+        fields = {"label": handler.label, "code": "plugin.no_device"}
+        text = "connector %r: its keeper was not started, so that nothing opens its device. Call start() in __enter__ of "
+        logger.error(f"{text}what self.shared.get makes", handler.label, extra=fields)
 
 
 def _labels_of(connectors: Sequence[Connector]) -> list[str]:

@@ -28,6 +28,7 @@ from mosaic_core.runtime.handlers.task_runner import leave_behind
 from mosaic_core.runtime.threads.failures import Failures, failure_code
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread, tell_abandoned
 from mosaic_core.runtime.threads.handover import on_loop
+from mosaic_core.words.errors import DeviceGone
 
 logger = logging.getLogger(__name__)
 
@@ -75,6 +76,7 @@ class Receiver:
         self._measures_of = measures_of
         self._last_sender: Sender | None = None
         self._failures = failures
+        self._keeper = handler.keeper
         self._tell = tell
         self.inbox = Inbox(newest_only=newest_only, limits=limits)
         self._resting_until_s: dict[str, float] = {}
@@ -276,13 +278,20 @@ class Receiver:
             self._failed(item, error)
 
     def _failed(self, item: Incoming | None, error: BaseException) -> None:
-        now_s, peer_id = time.monotonic(), item.sender.peer_id if item is not None else ""
-        rests = {peer: until_s for peer, until_s in self._resting_until_s.items() if until_s > now_s - FORGIVEN_S}
-        rests[peer_id] = now_s + self._failures.failed(error, now_s - rests.get(peer_id, 0.0))
-        self._resting_until_s = rests
+        if self._keeper is not None and isinstance(error, DeviceGone):
+            self._keeper.lost(error)
+        else:
+            self._rest(item.sender.peer_id if item is not None else "", error)
         # what the plugin raised is for the robot's log: it may name files, addresses, passwords
         text = f"{self.label!r} could not carry it out; the robot's log says why"
         self._tell_of(item, GateRefusal(Gate.HANDLER, failure_code(error), text))
+
+    def _rest(self, peer_id: str, error: BaseException) -> None:
+        """For a while nothing of this peer is taken."""
+        now_s = time.monotonic()
+        rests = {peer: until_s for peer, until_s in self._resting_until_s.items() if until_s > now_s - FORGIVEN_S}
+        rests[peer_id] = now_s + self._failures.failed(error, now_s - rests.get(peer_id, 0.0))
+        self._resting_until_s = rests
 
     def _tell_of(self, item: Incoming | None, refusal: GateRefusal | None = None) -> None:
         """What became of it; nobody waits for news of the framework's own zeros (``None``)."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import random
+import threading
 import time
 from collections.abc import Callable
 
@@ -38,7 +39,7 @@ def _away(error: BaseException) -> str:
 
 
 class Failures:
-    """The failures of one handler; used by the one thread or task that runs it, read on any."""
+    """The failures of one handler, and the absences of the device that is kept for it. Any thread."""
 
     def __init__(
         self,
@@ -51,7 +52,10 @@ class Failures:
         self._tell = tell
         self._course = course or FailureCourse()
         self._code = code or PluginCode(())
+        self._lock = threading.Lock()
         self._next_try_at_s = 0.0
+        self.is_away = False
+        """Its kept device is."""
         self.count = 0
         self.last_error = ""
         self.last_code = ""
@@ -67,22 +71,40 @@ class Failures:
 
     def failed(self, error: BaseException, ran_for_s: float) -> float:
         """Note one failure; seconds until the restart."""
+        with self._lock:
+            return self._note(error, ran_for_s)
+
+    def away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
+        """Its device's keeper could not open it, and tries again by itself."""
+        with self._lock:
+            self.is_away = True
+            self._note(gone, 0.0, tries_again_in_s)
+
+    def is_back(self) -> None:
+        """Its device's keeper has opened it."""
+        with self._lock:
+            self.is_away = False
+        self.alive()
+
+    def _note(self, error: BaseException, ran_for_s: float, delay_s: float | None = None) -> float:
+        """``delay_s``: where somebody else decides."""
         is_absence = isinstance(error, DeviceGone)
         place = self._code.place_of(error)
         reason = words_of(error) if is_absence else f"{type(error).__name__} at {place}"
         verdict = self._course.failed(reason, is_absence=is_absence, ran_for_s=ran_for_s, random_unit=random.random())
-        self._next_try_at_s = time.monotonic() + verdict.delay_s
+        delay_s = verdict.delay_s if delay_s is None else delay_s
+        self._next_try_at_s = time.monotonic() + delay_s
         self.last_code = failure_code(error)
         self.last_error = words_of(error) if is_absence else said_by(error)
         self.count += 1
         level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
         what = "" if is_absence else f" failed at {place}" if place else " failed"
         trace = None if is_absence or not verdict.is_news or self.last_code == _TOLD_IN_FULL else error
-        told = (self._label, what, self.last_error + _away(error), self.last_code, verdict.delay_s)
+        told = (self._label, what, self.last_error + _away(error), self.last_code, delay_s)
         fields = {"label": self._label, "code": self.last_code}
         logger.log(level, "connector %r%s: %s (%s); tries again in %.1f s", *told, extra=fields, exc_info=trace)
-        self._tell(self._label, error, verdict.delay_s)
-        return verdict.delay_s
+        self._tell(self._label, error, delay_s)
+        return delay_s
 
     def noted(self, error: BaseException) -> str:
         """One failure that ends nothing; where it is in the plugin's code, or nothing."""
@@ -92,6 +114,6 @@ class Failures:
         return self._code.place_of(error)
 
     def alive(self) -> None:
-        """It produced or took something: it works (again)."""
-        if self._course.alive():
+        """It produced or took something: it works (again), but for a kept device, of which its keeper tells."""
+        if not self.is_away and self._course.alive():
             logger.info("connector %r is back", self._label, extra={"label": self._label})

@@ -7,7 +7,6 @@ so that nothing swings when the power comes.
 
 from __future__ import annotations
 
-import logging
 import math
 import threading
 import time
@@ -17,8 +16,6 @@ from typing import Self
 from mosaic_arm.arm_joint import ArmJoint, ArmSnapshot
 from mosaic_arm.bus_session import BusSession
 from mosaic_core import DeviceGone, Keeper, Refused
-
-_log = logging.getLogger(__name__)
 
 HOLD_NEAR_RAD = 0.05
 """A joint this near to its goal has arrived: held where it is instead, it would sink a little at every stop."""
@@ -56,10 +53,9 @@ class Arm:
         self._strength: dict[str, float] = {}
         self._aimed_by: dict[str, object] = {}
         self._wants_power = not is_free
-        self._was_open = False
         self._turned_at_s = 0.0
         self._opened = threading.Event()
-        self._keeper = Keeper("mosaic-arm-bus", self.turn, self.close)
+        self.keeper = Keeper("mosaic-arm-bus", self.turn, self.close)
 
     # -- any thread ------------------------------------------------------------------------------------------------
 
@@ -159,11 +155,11 @@ class Arm:
     # -- the arm's thread ------------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
+        self.keeper.stop()
 
     def turn(self) -> float:
         """Read and write once, or try to open the bus; the seconds until the next turn."""
@@ -174,8 +170,9 @@ class Arm:
             self._read(began_s)
             self._write(began_s)
         except DeviceGone as gone:
-            return self._lost(gone)
-        self._keeper.worked()
+            self._lose(gone)
+            return self.keeper.away(gone)
+        self.keeper.worked()
         return max(0.0, began_s + self._period_s - self._clock())
 
     def close(self) -> None:
@@ -194,9 +191,6 @@ class Arm:
                 self._sent = dict(snapshot.angles_rad)
         if is_first:
             self._turned_at_s = now_s
-            if self._was_open:
-                _log.warning("the arm is back")
-            self._was_open = True
             self._opened.set()
 
     def _write(self, now_s: float) -> None:
@@ -211,12 +205,9 @@ class Arm:
             self._session.strengthen(strength)
         self._session.write(sent, wants_power=wants_power)
 
-    def _lost(self, gone: DeviceGone) -> float:
+    def _lose(self, gone: DeviceGone) -> None:
         with self._lock:
-            was_there, self._snapshot, self._gone = self._snapshot is not None, None, gone
+            self._snapshot, self._gone = None, gone
             self._aimed_by.clear()
         self._opened.clear()
         self._session.abandon()
-        if was_there or not self._keeper.is_failing:
-            _log.warning("%s; trying again", gone.message.removesuffix("."))
-        return self._keeper.failed()

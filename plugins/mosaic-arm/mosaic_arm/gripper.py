@@ -23,7 +23,7 @@ class ArmGripper(DataChannelReceivable[GripperTarget]):
 
     def __init__(self, label: str, arm: KeptArm, joint: ArmJoint) -> None:
         super().__init__(label)
-        self._arm = arm
+        self._arm, self.keeper = arm, arm.keeper
         self._joint = joint
         self._opening_m = arm.params.gripper_opening_m
         self._force_n = arm.params.gripper_force_n

@@ -29,7 +29,7 @@ class ArmJoints(DataChannelReceivable[JointTarget]):
 
     def __init__(self, label: str, arm: KeptArm) -> None:
         super().__init__(label)
-        self._arm = arm
+        self._arm, self.keeper = arm, arm.keeper
         self.item_names = tuple(arm.joints)
         self.limits = {
             f"positions.{name}": FieldBounds(min=joint.low_rad, max=joint.high_rad)

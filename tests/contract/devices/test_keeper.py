@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from mosaic_core import Keeper
+from mosaic_core import DeviceGone, Keeper
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 
 IN_TIME_S = 20.0
@@ -117,14 +117,14 @@ def no_such_register() -> float:
     raise RuntimeError("no such register")
 
 
-@pytest.mark.parametrize(("wrong", "said"), [(no_such_register, "no such register"), (lambda: "1", "'str'")])
+@pytest.mark.parametrize(("wrong", "said"), [(no_such_register, "no such register"), (lambda: "1", "not '1'")])
 def test_a_turn_that_is_wrong_is_told_and_followed_by_another_one(
     caplog: pytest.LogCaptureFixture, wrong: Callable[[], float], said: str
 ) -> None:
     works, left = threading.Event(), threading.Event()
 
     def turn() -> float | None:
-        if not keeper.is_failing:
+        if not keeper.failures:
             return wrong()
         works.set()
         return None
@@ -182,9 +182,94 @@ def test_a_thread_that_hangs_is_abandoned_and_takes_no_turn_when_another_one_doe
 
 def test_waits_after_failures_grow_and_begin_anew_after_a_success() -> None:
     keeper = Keeper("bus", lambda: None)
-    assert not keeper.is_failing
+    assert keeper.failures == 0
     assert [keeper.failed() for _ in range(6)] == [0.5, 1.0, 2.0, 4.0, 5.0, 5.0]
-    assert keeper.is_failing
+    assert keeper.failures
     keeper.worked()
-    assert not keeper.is_failing
+    assert keeper.failures == 0
     assert keeper.failed() == 0.5
+
+
+class Listener:
+    """What a handler's owner hears."""
+
+    def __init__(self) -> None:
+        self.heard: list[str] = []
+        self.is_there = threading.Event()
+
+    def away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
+        self.heard.append(f"{gone} {tries_again_in_s:g}")
+
+    def is_back(self) -> None:
+        self.heard.append("back")
+        self.is_there.set()
+
+
+SOON = BackoffPolicy(0.001, factor=2.0, max_s=0.004, jitter=0.0)
+
+
+def absent_for(turns: int) -> Callable[[], float | None]:
+    """A turn that opens nothing so often."""
+    left = [turns]
+
+    def turn() -> float | None:
+        left[0] -= 1
+        if left[0] >= 0:
+            raise DeviceGone("no motor on ttyUSB0", "plug it in")
+        return None
+
+    return turn
+
+
+def test_a_device_that_is_away_is_told_with_each_try_and_once_when_it_is_back() -> None:
+    listener, keeper = Listener(), Keeper("motor", absent_for(3), retry=SOON)
+    keeper.listen(listener)
+    with started(keeper):
+        assert listener.is_there.wait(IN_TIME_S)
+    gone = "no motor on ttyUSB0; plug it in"
+    assert listener.heard == [f"{gone} 0.001", f"{gone} 0.002", f"{gone} 0.004", "back"]
+    assert (keeper.absence, keeper.failures) == (None, 0)
+
+
+def test_where_nobody_listens_the_log_tells_it_once(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    turn, works = absent_for(3), threading.Event()
+
+    def turn_or_say() -> float | None:
+        turn()
+        works.set()
+        return None
+
+    with started(Keeper("motor", turn_or_say, retry=SOON)):
+        assert works.wait(IN_TIME_S)
+    assert caplog.messages == [
+        "motor: no motor on ttyUSB0; plug it in; tries again in 0.0 s",
+        "motor: the device is back",
+    ]
+    assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
+
+
+def test_whoever_finds_it_gone_makes_the_next_turn_come_now_but_only_the_first_time() -> None:
+    turn, taken = counting(None)
+    listener, keeper = Listener(), Keeper("motor", turn)
+    gone = DeviceGone("it does not answer")
+    keeper.listen(listener)
+    with started(keeper):
+        assert taken.acquire(timeout=IN_TIME_S)
+        keeper.lost(gone)
+        assert taken.acquire(timeout=IN_TIME_S)
+        assert listener.is_there.wait(IN_TIME_S)
+    keeper.lost(gone)
+    keeper.lost(DeviceGone("still not"))
+    assert listener.heard == ["it does not answer 0", "back", "it does not answer 0"]
+    assert keeper.absence is gone
+
+
+def test_who_listens_late_hears_at_once_that_it_is_away_and_who_ignores_it_hears_no_more() -> None:
+    listener, keeper = Listener(), Keeper("motor", lambda: None)
+    keeper.lost(DeviceGone("unplugged"))
+    keeper.listen(listener)
+    assert listener.heard == ["unplugged 0"]
+    keeper.ignore(listener)
+    keeper.worked()
+    assert listener.heard == ["unplugged 0"]

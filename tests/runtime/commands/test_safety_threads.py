@@ -14,6 +14,7 @@ from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.words.errors import DeviceGone
 
 ANN = Sender("ann", "s")
 HOUR_S = 3600.0
@@ -248,6 +249,22 @@ def test_a_safe_action_that_breaks_again_and_again_has_one_traceback_is_counted_
         ("the safe action of 'valve' has failed 10 times", False),
         ("the safe action of 'valve' works again; it had failed 12 times", False),
     ]
+
+
+def test_a_safe_action_that_waits_for_its_device_is_told_once_and_quietly(
+    stage: Stage, safety: SafetyWatchdog, caplog: pytest.LogCaptureFixture
+) -> None:
+    def waits(_cause: str) -> None:
+        raise DeviceGone("no valve")
+
+    valve = safety.guard("valve", ReceiverSafety(), waits, lambda _: None)
+    with caplog.at_level(logging.INFO):
+        for _ in range(10):
+            valve.make_safe("safety.stop")
+            stage.turn()
+    told = [(record.levelname, record.getMessage(), record.exc_info) for record in caplog.records]
+    assert told == [("WARNING", "the safe action of 'valve' waits for its device: no valve", None)]
+    assert vars(caplog.records[0])["label"] == "valve"
 
 
 def test_a_farewell_that_breaks_is_no_safe_action(

@@ -1,0 +1,195 @@
+"""A handler whose device is kept open by a keeper is away while the device is: its row, its commands and its safe
+action say so, and nothing is a bug."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from typing import Any, Self
+
+import pytest
+
+from mosaic_core import (
+    DataChannelConfigurer,
+    DataChannelReceivable,
+    DeviceGone,
+    Keeper,
+    Message,
+    NoParams,
+    Shared,
+)
+from mosaic_core.machines.timing.backoff import BackoffPolicy
+from mosaic_core.testing import Joined, Silence, build, connector, feed, joined, until
+
+SOON = BackoffPolicy(0.01, max_s=0.01, jitter=0.0)
+
+
+class Speed(Message):
+    speed_mps: float
+
+
+class Motor:
+    """Its controller is plugged in or not."""
+
+    def __init__(self, *, is_plugged: bool = True, starts: bool = True) -> None:
+        self.is_plugged, self.is_open, self._starts = is_plugged, False, starts
+        self.told: list[float] = []
+        self.keeper = Keeper("motor", self._turn, retry=SOON)
+
+    def __enter__(self) -> Self:
+        if self._starts:
+            self.keeper.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.keeper.stop()
+
+    def _turn(self) -> float | None:
+        if not self.is_open:
+            self._write(0.0)
+            self.is_open = True
+        return None
+
+    def drive(self, speed_mps: float) -> None:
+        if not self.is_open:
+            raise DeviceGone("the motor is not open")
+        self._write(speed_mps)
+
+    def _write(self, speed_mps: float) -> None:
+        if not self.is_plugged:
+            self.is_open = False
+            raise DeviceGone("no motor", "plug it in")
+        self.told.append(speed_mps)
+
+
+class Drive(DataChannelReceivable[Speed]):
+    timeout_s = 0.3
+
+    def __init__(self, label: str, motor: Motor) -> None:
+        super().__init__(label)
+        self.motor, self.keeper = motor, motor.keeper
+
+    def handle_data(self, data: Speed) -> None:
+        self.motor.drive(data.speed_mps)
+
+    def make_safe(self, cause: str) -> None:
+        self.motor.drive(0.0)
+
+
+class DriveConfigurer(DataChannelConfigurer[NoParams]):
+    """Drives."""
+
+    def configure(self) -> Drive:
+        return Drive(self.label, self.shared.get("acme:motor", lambda: Motor()))
+
+
+def kept_by(motor: Motor) -> type[DriveConfigurer]:
+    class Kept(DriveConfigurer):
+        def configure(self) -> Drive:
+            return Drive(self.label, self.shared.get("acme:motor", lambda: motor))
+
+    return Kept
+
+
+def row(link: Joined) -> Any:
+    (found,) = (one for one in link.robot.snapshot().connectors if one.label == "drive")
+    return found
+
+
+def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
+    return [message for message in caplog.messages if "drive" in message]
+
+
+@pytest.fixture
+def log(caplog: pytest.LogCaptureFixture) -> Iterator[pytest.LogCaptureFixture]:
+    with caplog.at_level(logging.INFO):
+        yield caplog
+
+
+async def test_a_device_that_is_away_at_the_start_is_told_once_and_so_is_its_return(
+    log: pytest.LogCaptureFixture,
+) -> None:
+    motor = Motor(is_plugged=False)
+    async with joined(connector(kept_by(motor), label="drive")) as link:
+        await until(lambda: row(link).failures > 3)
+        assert (row(link).state, row(link).failure_code) == ("failed", "plugin.no_device")
+        assert row(link).last_error == "no motor; plug it in"
+        assert row(link).tries_again_in_s is not None
+        motor.is_plugged = True
+        await until(lambda: row(link).state == "running")
+        assert row(link).failure_code == ""
+    told = "connector 'drive': no motor; plug it in (plugin.no_device); tries again in 0.0 s"
+    assert lines(log)[:2] == [told, "connector 'drive' is back"]
+    assert motor.told[0] == 0.0
+
+
+async def test_a_command_that_finds_it_gone_is_refused_and_the_next_one_after_its_return_is_carried_out(
+    log: pytest.LogCaptureFixture,
+) -> None:
+    motor = Motor()
+    async with joined(connector(kept_by(motor), label="drive")) as link:
+        store = link.connection.sendable("drive")
+        await store.wait_open()
+        await until(lambda: motor.is_open)
+        motor.is_plugged = False
+        store.send_json({"speed_mps": 0.5})
+        await until(lambda: row(link).state == "failed")
+        store.send_json({"speed_mps": 0.5})
+        await until(lambda: row(link).refused_by.get("handler", 0) == 2)
+        assert row(link).failure_code == "plugin.no_device"
+        motor.is_plugged = True
+        await until(lambda: row(link).state == "running")
+        store.send_json({"speed_mps": 0.25})
+        await until(lambda: 0.25 in motor.told)
+    assert not [record for record in log.records if record.exc_info]
+
+
+async def test_a_safe_action_that_waits_for_its_device_has_no_traceback_and_runs_when_it_is_back(
+    log: pytest.LogCaptureFixture,
+) -> None:
+    motor = Motor()
+    async with joined(connector(kept_by(motor), label="drive")) as link:
+        store = link.connection.sendable("drive")
+        await store.wait_open()
+        store.send_json({"speed_mps": 0.5})
+        await until(lambda: 0.5 in motor.told)
+        motor.is_plugged = False
+        await until(lambda: any("waits for its device" in line for line in lines(log)))
+        motor.is_plugged = True
+        await until(lambda: any("works again" in line for line in lines(log)))
+        assert motor.told[-1] == 0.0
+    assert not [record for record in log.records if record.exc_info]
+
+
+async def test_a_keeper_that_nobody_started_is_told(log: pytest.LogCaptureFixture) -> None:
+    async with joined(connector(kept_by(Motor(starts=False)), label="drive")):
+        pass
+    (told,) = [line for line in lines(log) if "keeper" in line]
+    assert "'drive': its keeper was not started" in told
+    assert "Call start() in __enter__" in told
+
+
+async def test_who_has_left_the_robot_hears_of_the_device_no_more(log: pytest.LogCaptureFixture) -> None:
+    motor = Motor()
+    async with joined(connector(kept_by(motor), label="drive")):
+        await until(lambda: motor.is_open)
+    motor.keeper.lost(DeviceGone("unplugged"))
+    assert not [line for line in lines(log) if "unplugged" in line]
+
+
+def test_the_kit_refuses_what_finds_the_device_gone_and_makes_nothing_safe_that_is_away() -> None:
+    motor, shared = Motor(), Shared()
+    shared.get("acme:motor", lambda: motor)
+    handler = build(DriveConfigurer, shared=shared)
+    with shared.entered():
+        until_open(motor)
+        motor.is_plugged = False
+        fed = feed(handler, [Speed(speed_mps=0.5), Silence(1.0)])
+    assert [(one.code, one.message) for one in fed.refused] == [("plugin.no_device", "no motor; plug it in")]
+    assert (fed.accepted, fed.made_safe) == ([], [])
+    assert motor.keeper.absence is not None
+
+
+def until_open(motor: Motor) -> None:
+    while not motor.is_open:
+        motor.keeper.wake()
