@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Set
 from contextlib import AbstractContextManager, ExitStack
+from traceback import extract_tb
 from typing import Any, Protocol, TypeVar, cast
 
+from mosaic_core.contract.declared.wrong_declaration import wrong_call
 from mosaic_core.contract.params import Params
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
 
 S = TypeVar("S", bound=AbstractContextManager[Any])
 
@@ -34,9 +37,10 @@ class Shared:
 
     def get(self, key: str, make: Callable[[], S], user: str = "") -> S:
         """The thing under ``key`` (choose one that is yours: ``"mosaic-sim:world"``), made on first use. ``user``: the
-        label of the connector that asks."""
+        label of the connector that asks. Raises :class:`MosaicError` (``config.broken_plugin``) for what makes nothing
+        that can be entered."""
         if key not in self._things:
-            self._things[key] = make()
+            self._things[key] = _made(key, make)
         self._users.setdefault(key, set()).add(user)
         return cast(S, self._things[key])
 
@@ -65,13 +69,14 @@ class Shared:
         return stack
 
     def enter(self) -> None:
-        """Enter what is not entered yet; if one can't be, those that this call entered are left again."""
+        """Enter what is not entered yet; if one can't be, those that this call entered are left again. Raises
+        :class:`MosaicError` (``plugin.failed``, or its own)."""
         entered: list[str] = []
         try:
             for key, thing in self._things.items():
                 if key not in self._open:
                     stack = ExitStack()
-                    stack.enter_context(thing)
+                    _enter(stack, thing)
                     self._open[key] = stack
                     entered.append(key)
         except BaseException:
@@ -127,3 +132,40 @@ class _SharedOf(Shared):
 
     def get(self, key: str, make: Callable[[], S], user: str = "") -> S:
         return self._whole.get(key, make, user or self._user)
+
+
+def _made(key: str, make: Callable[[], S]) -> S:
+    if not callable(make):
+        message = f"shared.get({key!r}, …) got a {type(make).__name__} in place of what makes one."
+        raise wrong_call(message, "Write `lambda:` before it: it is made once, for all who ask.")
+    thing = make()
+    lacking = [name for name in ("__enter__", "__exit__") if not callable(getattr(type(thing), name, None))]
+    if lacking:
+        message = f"what shared.get({key!r}, …) makes is {_called(thing)}, which has no {' and no '.join(lacking)}."
+        cure = "Write both: the robot enters it when it starts, where a Keeper begins, and leaves it when it stops."
+        raise wrong_call(message, cure)
+    return thing
+
+
+def _called(thing: object) -> str:
+    return "None" if thing is None else f"a {type(thing).__qualname__}"
+
+
+def _enter(stack: ExitStack, thing: AbstractContextManager[Any]) -> None:
+    try:
+        stack.enter_context(thing)
+    except MosaicError:
+        raise
+    except Exception as error:
+        at = _raised_at(error)
+        place = f"{at[0]}:{at[1]}: " if at[0] else ""
+        message = f"{place}{_called(thing)} can't be entered: {type(error).__name__}: {error}."
+        cure = "Open its device with a Keeper, which __enter__ starts: then the robot starts without the device, too."
+        raise MosaicError(message, code="plugin.failed", cure=cure, at=at) from error
+
+
+def _raised_at(error: BaseException) -> CodeLine:
+    """The first line outside this module, which is that of ``__enter__``."""
+    frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != __file__]
+    others = [frame for frame in frames if frame.filename != contextlib.__file__]
+    return (others[0].filename, others[0].lineno) if others else NOWHERE

@@ -1,0 +1,81 @@
+"""What is shared is held against what the robot does with it, and its author is told file, line and cure."""
+
+from __future__ import annotations
+
+import inspect
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from mosaic_core import DeviceGone, MosaicError, Shared
+
+
+class Thing:
+    """What no robot can enter."""
+
+
+class Door:
+    """Raises what it is given."""
+
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+    def __enter__(self) -> None:
+        raise self.error
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def told_by(make: Any) -> MosaicError:
+    with pytest.raises(MosaicError) as told:
+        Shared().of("motor").get("acme:motor", make)
+    line = inspect.getsourcelines(told_by)[1] + 2
+    assert told.value.at == (__file__, line)
+    assert told.value.message.startswith(f"{__file__}:{line}: ")
+    return told.value
+
+
+def test_a_thing_in_place_of_what_makes_it_is_told_with_the_line_that_gave_it() -> None:
+    error = told_by(Thing())
+    assert error.code == "config.broken_plugin"
+    assert "shared.get('acme:motor', …) got a Thing" in error.message
+    assert error.cure.startswith("Write `lambda:` before it")
+
+
+@pytest.mark.parametrize(("make", "called"), [(Thing, "a Thing"), (lambda: None, "None")])
+def test_what_can_not_be_entered_is_told_when_it_is_made(make: Any, called: str) -> None:
+    error = told_by(make)
+    assert f"is {called}, which has no __enter__ and no __exit__." in error.message
+
+
+def test_an_enter_that_fails_names_its_line_and_the_keeper() -> None:
+    shared = Shared()
+    shared.get("acme:motor", lambda: Door(OSError("no such port")))
+    with pytest.raises(MosaicError, match="a Door can't be entered: OSError: no such port") as told:
+        shared.enter()
+    assert told.value.code == "plugin.failed"
+    line = inspect.getsourcelines(Door.__enter__)[1] + 1
+    assert told.value.at == (__file__, line)
+    assert "Keeper" in told.value.cure
+
+
+def test_an_enter_of_a_generator_names_its_line() -> None:
+    @contextmanager
+    def opened() -> Any:
+        raise OSError("no such port")
+        yield
+
+    shared = Shared()
+    shared.get("acme:motor", opened)
+    with pytest.raises(MosaicError) as told:
+        shared.enter()
+    assert told.value.at == (__file__, inspect.getsourcelines(opened)[1] + 2)
+
+
+def test_what_an_enter_says_of_its_own_is_passed_on() -> None:
+    shared, gone = Shared(), DeviceGone("no motor")
+    shared.get("acme:motor", lambda: Door(gone))
+    with pytest.raises(DeviceGone) as told:
+        shared.enter()
+    assert told.value is gone
