@@ -379,7 +379,9 @@ def _look_for_keeper(handler: Handler) -> None:
     """One that was never started opens nothing, and would say nothing of it."""
     if handler.keeper is not None and handler.keeper.is_stopping:
         fields = {"label": handler.label, "code": "plugin.no_device"}
-        text = "connector %r: its keeper was not started, so that nothing opens its device. Call start() in __enter__ of "
+        text = (
+            "connector %r: its keeper was not started, so that nothing opens its device. Call start() in __enter__ of "
+        )
         logger.error(f"{text}what self.shared.get makes", handler.label, extra=fields)
 
 
