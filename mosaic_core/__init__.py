@@ -16,9 +16,9 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
         Configurer,
         DataChannelConfigurer,
         MediaTrackConfigurer,
-        Shared,
     )
     from mosaic_core.contract.devices.keeper import Keeper
+    from mosaic_core.contract.devices.shared import Shared
     from mosaic_core.contract.handler import (
         AudioReceivable,
         AudioTrackHandler,
@@ -98,7 +98,7 @@ __all__ = [
     "unit",
 ]
 
-_PLACES = ("contract.configurer", "contract.devices.keeper", "contract.handler",
+_PLACES = ("contract.configurer", "contract.devices.keeper", "contract.devices.shared", "contract.handler",
            "contract.hooks", "contract.host", "contract.media", "contract.params", "contract.request_handler",
            "contract.sound",
            "words.data_type", "words.delivery", "words.errors", "words.safety_config",

@@ -6,142 +6,23 @@ The entry point's name is the YAML ``type``. A configurer gets the validated ``p
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence, Set
-from contextlib import AbstractContextManager, ExitStack
-from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast, get_args, get_origin
+from collections.abc import Sequence
+from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
 
 from mosaic_core.contract.declared.class_bodies import check_bodies
 from mosaic_core.contract.declared.class_names import check_names
 from mosaic_core.contract.declared.type_arguments import TypeArguments, bare_bases
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import MosaicError
 
 P = TypeVar("P", bound=Params)
-S = TypeVar("S", bound=AbstractContextManager[Any])
 
 API_VERSION = 1
 """Version of this contract. A distribution may say ``MOSAIC_API_VERSION = 1`` in the module of its configurer; a
 different number is refused at load, naming the distribution."""
-
-
-class HasParams(AbstractContextManager[Any], Protocol):
-    """A thing that remembers the ``params`` it was made of."""
-
-    params: Any
-
-
-D = TypeVar("D", bound=HasParams)
-
-
-class Shared:
-    """Things that several connectors of one robot use together: a serial bus, a simulated world.
-
-    The first ``get`` makes it; it is entered when the robot starts and left, in reverse order, when it stops.
-    """
-
-    def __init__(self) -> None:
-        self._things: dict[str, AbstractContextManager[Any]] = {}
-        self._open: dict[str, ExitStack] = {}
-        self._users: dict[str, set[str]] = {}
-
-    def get(self, key: str, make: Callable[[], S], user: str = "") -> S:
-        """The thing under ``key`` (choose one that is yours: ``"mosaic-sim:world"``), made on first use. ``user``: the
-        label of the connector that asks."""
-        if key not in self._things:
-            self._things[key] = make()
-        self._users.setdefault(key, set()).add(user)
-        return cast(S, self._things[key])
-
-    def agreed(self, key: str, make: Callable[[], D], params: Params, what: str) -> D:
-        """As :meth:`get`, of a thing that has :attr:`~HasParams.params`: raises :class:`MosaicError`
-        (``config.invalid``) where the connector that asked first said others. ``what``: how errors call it, such as
-        ``the bus can0``."""
-        thing = self.get(key, make)
-        if thing.params != params:
-            said, others = params.model_dump(), thing.params.model_dump()
-            names = ", ".join(name for name, value in said.items() if name not in others or others[name] != value)
-            cure = "Give all its connectors the same params: write them once with an anchor (&it), then *it."
-            message = f"two connectors describe {what} differently: {names}. {cure}"
-            raise MosaicError(message, code="config.invalid", cure=cure)
-        return thing
-
-    def of(self, user: str) -> Shared:
-        """The same things, as the connector ``user`` gets them."""
-        return _SharedOf(self, user)
-
-    def entered(self) -> ExitStack:
-        """Everything, entered; the caller closes the stack."""
-        self.enter()
-        stack = ExitStack()
-        stack.callback(self.leave)
-        return stack
-
-    def enter(self) -> None:
-        """Enter what is not entered yet; if one can't be, those that this call entered are left again."""
-        entered: list[str] = []
-        try:
-            for key, thing in self._things.items():
-                if key not in self._open:
-                    stack = ExitStack()
-                    stack.enter_context(thing)
-                    self._open[key] = stack
-                    entered.append(key)
-        except BaseException:
-            self._leave(entered)
-            raise
-
-    def leave(self) -> None:
-        """Leave everything, the last one first; what one of them raises is raised when all are left."""
-        self._leave(list(self._open))
-
-    def _leave(self, keys: list[str]) -> None:
-        with ExitStack() as stack:
-            for key in keys:
-                stack.callback(self._open.pop(key).close)
-
-    # -- for a robot that is given other connectors while it runs ------------------------------------------------
-
-    def without(self, users: Set[str]) -> Shared:
-        """Another one with what somebody beside ``users`` has; they get theirs anew."""
-        kept = Shared()
-        for key, thing in self._things.items():
-            if self._users.get(key, set()) - users:
-                kept.put(key, thing)
-        return kept
-
-    def leave_to(self, successor: Shared) -> None:
-        """Leave what ``successor`` does not have; the rest is open there as it is here."""
-        kept = [key for key in self._open if successor.has(key, self._things[key])]
-        for key in kept:
-            successor.adopt(key, self._open.pop(key))
-        self.leave()
-
-    def put(self, key: str, thing: AbstractContextManager[Any]) -> None:
-        """It is here from the beginning."""
-        self._things[key] = thing
-
-    def has(self, key: str, thing: object) -> bool:
-        """Whether it has this very thing under ``key``."""
-        return self._things.get(key) is thing
-
-    def adopt(self, key: str, opened: ExitStack) -> None:
-        """This one leaves it, though another one entered it."""
-        self._open[key] = opened
-
-
-class _SharedOf(Shared):
-    """The things of another one, which remembers who asked for them."""
-
-    def __init__(self, whole: Shared, user: str) -> None:
-        super().__init__()
-        self._whole = whole
-        self._user = user
-
-    def get(self, key: str, make: Callable[[], S], user: str = "") -> S:
-        return self._whole.get(key, make, user or self._user)
 
 
 class Configurer(TypeArguments, ABC, Generic[P]):

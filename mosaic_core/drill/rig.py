@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 from uuid import UUID
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler, reports_position
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command

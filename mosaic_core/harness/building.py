@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, TypeVar, cast
 
-from mosaic_core.contract.configurer import Configurer, Shared
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
 from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
 from mosaic_core.harness.right_kind import check_configurer

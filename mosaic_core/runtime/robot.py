@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator, Sequence
 
 import pluggy
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.gates import GateRefusal
 from mosaic_core.runtime.configuration.connector import Connector

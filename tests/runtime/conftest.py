@@ -13,7 +13,7 @@ import pluggy
 import pytest
 
 from mosaic_core.contract import hooks
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity, StartPeer

@@ -1,1 +1,1 @@
-"""Devices that connectors keep open while the robot runs."""
+"""What connectors share, and keep open while the robot runs."""

@@ -15,7 +15,8 @@ from typing import Any, TypeAlias
 import pluggy
 from pydantic import PydanticUserError
 
-from mosaic_core.contract.configurer import Configurer, Shared
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Handler, check_made
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector
 from mosaic_core.runtime.configuration.config_hints import tell_hints

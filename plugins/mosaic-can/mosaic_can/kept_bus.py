@@ -18,8 +18,8 @@ from mosaic_can.databases import CanDatabase
 from mosaic_can.listener import CanListener, Wanted
 from mosaic_can.opening import SEND_TIMEOUT_S, OpenBus, opened_bus
 from mosaic_can.params import CanBusParams
-from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.words.errors import DeviceGone, Refused
 

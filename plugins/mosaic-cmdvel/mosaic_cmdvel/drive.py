@@ -11,7 +11,7 @@ from typing import ClassVar, Generic, Self, TypeVar, get_args, get_origin
 
 from pydantic import Field
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.params import Params
 from mosaic_core.messages import Twist
 

@@ -9,7 +9,7 @@ from typing import Self
 import pytest
 
 from mosaic_cmdvel import Drive, DriveParams
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.host import Sender
 from mosaic_core.messages import STANDSTILL, Twist
 

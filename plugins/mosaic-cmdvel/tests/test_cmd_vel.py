@@ -10,7 +10,7 @@ import pytest
 from mosaic_cmdvel.cmd_vel import CmdVel, CmdVelConfigurer
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_cmdvel.params import ANGULAR, LINEAR, CmdVelParams, CmdVelSafety
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Sender
 from mosaic_core.messages import STANDSTILL, Twist

@@ -16,7 +16,7 @@ from mosaic_cmdvel.drives.log import LogDrive, LogParams
 from mosaic_cmdvel.drives.unicycle import UnicycleDrive, UnicycleParams
 from mosaic_cmdvel.drives.wheel_line import wheel_line
 from mosaic_cmdvel.kinematics import WheelSpeeds
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.messages import STANDSTILL, Twist
 
 

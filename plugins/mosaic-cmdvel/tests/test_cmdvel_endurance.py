@@ -11,7 +11,7 @@ import pytest
 
 from mosaic_cmdvel.drives.unicycle import UnicycleDrive, UnicycleParams
 from mosaic_cmdvel.kept_drive import KeptDrive
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist

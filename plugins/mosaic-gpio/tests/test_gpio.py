@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from support.devices.absence import hasty, tries_in_thirty_seconds
 from support.waiting import wait_for
 
-from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.devices.keeper import RETRY
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.testing import Leaves, Silence, Stopped, build, collect, fake_host, feed
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_gpio import kept_pin

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_mavlink.fake.autopilot import FakeAutopilot
 from mosaic_mavlink.link.address import LinkAddress, Source
 from mosaic_mavlink.link.codec import MavlinkCodec

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_mavlink.link.address import LinkAddress, link_address
 from mosaic_mavlink.link.link import MavlinkLink
 from mosaic_mavlink.params import VehicleParams

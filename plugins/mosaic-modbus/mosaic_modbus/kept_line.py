@@ -11,8 +11,8 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Protocol, Self, TypeVar
 
-from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.words.errors import DeviceGone
 from mosaic_modbus.fake_port import FakeModbusPort

@@ -10,7 +10,7 @@ from pymodbus.constants import ExcCodes
 from support.devices.absence import thirty_seconds
 from support.devices.modbus_device import Lines, ModbusDevice, SerialCable, tcp_device
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.testing import build, collect, connector, fake_host, joined
 from mosaic_core.words.errors import ConfigError, DeviceGone, MosaicError

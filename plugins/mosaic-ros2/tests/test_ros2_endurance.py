@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from support.devices.ros_side import RosNode, encoded, qos
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist

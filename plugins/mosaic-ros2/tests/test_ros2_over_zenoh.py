@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 from mosaic_core import DeviceGone
 from mosaic_core.cli.main import app
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.testing import build, collect, connector, feed, joined, until
 from mosaic_ros2.bus.bus import HeardEndpoint
 from mosaic_ros2.bus.qos import LATCHED, SENSOR, QosProfile

@@ -11,8 +11,8 @@ from support.devices.absence import tries_in_thirty_seconds
 from support.devices.memory_bus import MemoryBus, MemoryPublication, SharedMemoryBus
 from support.devices.ros_side import RosNode, decoded, encoded
 
-from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.devices.keeper import RETRY
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.messages import JointTarget, Twist
 from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.laboratory.joining import until
 from mosaic_core.laboratory.memory_network import MemoryNetwork, memory_picture
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer, MemorySocket

@@ -10,7 +10,7 @@ import can
 from mosaic_can.databases import CanDatabase
 from mosaic_can.kept_bus import KeptCanBus
 from mosaic_can.params import CanBusParams
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.testing import build, fake_host
 
 _CHANNELS = itertools.count()

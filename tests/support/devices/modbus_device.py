@@ -17,7 +17,7 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.testing import build
 from mosaic_modbus.kept_line import KeptLine
 from mosaic_modbus.params import ModbusLineParams

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from mosaic_cmdvel.drive import Drive, DriveParams
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.messages import STANDSTILL, Twist
 
 _log = logging.getLogger(__name__)

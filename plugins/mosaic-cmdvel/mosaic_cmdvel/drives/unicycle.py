@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from mosaic_cmdvel.drive import Drive, DriveParams
 from mosaic_cmdvel.drives.wheel_line import WheelPort
 from mosaic_cmdvel.kinematics import DifferentialBase, WheelSpeeds, saturated
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.messages import Twist
 
 _log = logging.getLogger(__name__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Refused
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.link import MavlinkLink

@@ -14,8 +14,8 @@ from typing import Any, Self
 
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.words.errors import DeviceGone
 from mosaic_mavlink.link.address import LinkAddress, Source, link_address
 from mosaic_mavlink.link.codec import MavlinkCodec, signing_key

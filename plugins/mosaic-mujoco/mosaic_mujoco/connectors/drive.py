@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from mosaic_cmdvel import Drive, DriveParams
 from mosaic_cmdvel.kinematics import DifferentialBase, saturated
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.messages import STANDSTILL, Twist
 from mosaic_mujoco.params import ActuatorName, ActuatorNames, JointName
 from mosaic_mujoco.world.facts import ActuatorFact

@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass
 from typing import Self
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_ros2.bus.bus import Bus, BusError, ServiceCaller
 from mosaic_ros2.definitions.type_book import TypeBook
 

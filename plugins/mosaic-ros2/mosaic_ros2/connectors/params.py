@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias, cast
 
 from pydantic import AfterValidator, Field
 
-from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.params import Params
 from mosaic_ros2.bus.qos import QosChoice
 from mosaic_ros2.bus.ros_names import ros_name
