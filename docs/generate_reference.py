@@ -457,10 +457,10 @@ is not reached. It *does not apply* to a connector that has no use for it. The e
 named reaches the level (`--level`, bronze without a word).
 
 The command runs the plugin's own code, with the params of the configurer's `trial`: those with which it runs on any
-machine, on a device that is made up. That device is driven, by the live exercises of the safety drill, and asked a question
-where there is something to answer, which is taken back soon: `shutdown` needs a trial that shuts down nothing. Without a
-`trial` it takes the params of the `example`, or the defaults; then nothing is asked, and nothing that moves is commanded but
-with garbage, which must be refused, and with a gentle command where the device is missing.
+machine, on a device that is made up. That device is driven, by the live exercises of the safety drill, and asked a
+question where there is something to answer, which is taken back soon: `shutdown` needs a trial that shuts down nothing.
+Without a `trial` it takes the params of the `example`, or the defaults; then nothing is asked, and nothing that moves
+is commanded but with garbage, which must be refused, and with a gentle command where the device is missing.
 
 """
 

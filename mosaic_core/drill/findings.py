@@ -41,7 +41,7 @@ class ExerciseFailed(Exception):
 
 
 class NothingMoved(ExerciseFailed):
-    """No command was carried out. ``is_refused``: the receiver itself refused them all."""
+    """A receiver carried out no command. ``is_refused``: it refused them all itself."""
 
     def __init__(self, why: str, *, is_refused: bool) -> None:
         super().__init__(why)

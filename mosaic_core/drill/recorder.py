@@ -38,6 +38,8 @@ class ActRecorder:
         self._acts: list[Act] = []
         self.is_acting = False
         """Whether ``handle_data`` runs just now."""
+        self.began_at_s = 0.0
+        """When it began last."""
         self._lock = threading.Lock()
 
     @property
@@ -48,7 +50,8 @@ class ActRecorder:
     @contextmanager
     def acting(self, kind: Literal["command", "safe"]) -> Iterator[None]:
         """While the block runs it does what its plugin wrote; what that raises is one of the acts."""
-        self.is_acting = self.is_acting or kind == "command"
+        if kind == "command":
+            self.is_acting, self.began_at_s = True, time.monotonic()
         try:
             yield
         except BaseException as error:
@@ -65,11 +68,16 @@ class ActRecorder:
     def commands_since(self, at_s: float) -> list[Act]:
         return [act for act in self.acts if act.kind == "command" and act.at_s >= at_s]
 
-    def commands_after_safe(self, cause: str) -> list[Act]:
-        """The commands that came after the last safe action for ``cause``. One that a safe action overtook returns
-        after it, and the safe action is run once more then."""
+    def is_calm(self, for_s: float) -> bool:
+        """Whether no command is carried out, nor has begun to be for so long."""
+        return not self.is_acting and time.monotonic() - self.began_at_s >= for_s
+
+    def commands_after_safe(self, cause: str = "") -> list[Act]:
+        """The commands that came after the last safe action, whatever its cause or for this one. One that a safe action
+        overtook returns after it, and the safe action is run once more then."""
         acts = self.acts
-        last = max((at for at, act in enumerate(acts) if act.kind == "safe" and act.cause == cause), default=-1)
+        safe = [at for at, act in enumerate(acts) if act.kind == "safe" and cause in ("", act.cause)]
+        last = max(safe, default=-1)
         return [act for act in acts[last + 1 :] if act.kind == "command"]
 
     def safe_since(self, at_s: float, cause: str = "") -> Act | None:

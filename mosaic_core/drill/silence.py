@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 
-from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
+from mosaic_core.drill.command_stream import BEGIN_S, CommandStream, in_background, moving, opened
 from mosaic_core.drill.findings import TOLERANCE_S, ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.recorder import Act, acts_on_silence
 from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true
@@ -41,10 +41,9 @@ async def silence(rig: Rig, subject: DrilledReceiver) -> Passed:
         raise NotExercised("on_timeout: hold")
     async with moving(rig, subject) as stream:
         await stream.drive(DRIVE_S)
-        await asyncio.sleep(AT_ONCE_S / 2)
-        last = subject.recorder.last_command
-        assert last is not None
-        return await _made_safe(stream, last.at_s, limit_s, "safety.timeout")
+        recorder = subject.recorder  # what came while a slow handle_data ran is carried out after it
+        await comes_true(lambda: recorder.is_calm(AT_ONCE_S / 2), BEGIN_S)
+        return await _made_safe(stream, recorder.began_at_s, limit_s, "safety.timeout")
 
 
 async def disconnect(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -162,7 +161,7 @@ async def _made_safe(stream: CommandStream, since_s: float, limit_s: float, caus
     """How long after ``since_s`` the safe action had returned; and nothing moved it again."""
     safe = await safe_act(stream.subject, since_s, limit_s, cause)
     await asyncio.sleep(TOLERANCE_S / 2)
-    if any(stream.moves(act) for act in stream.subject.recorder.commands_since(safe.at_s)):
+    if any(stream.moves(act) for act in stream.subject.recorder.commands_after_safe(cause)):
         raise ExerciseFailed("it was moved again after its safe action")
     return in_time(safe.at_s - since_s, limit_s, why=safe.cause)
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import time
+
+import pytest
+
 from mosaic_core.drill.recorder import ActRecorder
 
 
@@ -16,3 +20,21 @@ def test_a_command_that_a_safe_action_overtook_is_none_that_came_after_it() -> N
     recorder.add("command", 3)
     recorder.add("safe", cause="safety.timeout")
     assert [act.value for act in recorder.commands_after_safe("safety.stop")] == [3]
+
+
+def test_it_is_calm_when_no_command_is_carried_out_or_has_begun_lately(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = 100.0
+    monkeypatch.setattr(time, "monotonic", lambda: now_s)
+    watched = ActRecorder()
+    with watched.acting("command"):
+        now_s = 101.0
+        assert not watched.is_calm(0.5)
+        with watched.acting("safe"):
+            """A safe action overtakes it."""
+        assert watched.is_acting
+    assert watched.is_calm(0.5)
+    assert not watched.is_calm(1.5)
+    with pytest.raises(OSError, match="gone"), watched.acting("command"):
+        raise OSError("gone")
+    assert not watched.is_acting
+    assert [act.cause for act in watched.acts] == ["OSError: gone"]

@@ -206,6 +206,23 @@ async def test_a_stop_is_said_while_a_command_is_carried_out_and_a_safe_action_t
     assert found.why.endswith("; handle_data ran meanwhile: make_safe must take no lock that it holds")
 
 
+class Slow(Sled):
+    def handle_data(self, data: Wish) -> None:
+        threading.Event().wait(0.6)
+
+
+@pytest.mark.parametrize(
+    ("handler", "timeout_s", "verdict"),
+    [(Slow, 1.0, "passed"), (Slow, 0.3, "passed"), (SafeActionWaits, 0.3, "failed")],
+)
+async def test_silence_begins_with_the_last_command_however_slow_that_is(
+    monkeypatch: pytest.MonkeyPatch, handler: type[Any], timeout_s: float, verdict: str
+) -> None:
+    monkeypatch.setattr(drill_findings, "TOLERANCE_S", 0.4)
+    found = (await findings(sled(handler, timeout_s=timeout_s), live=True, only=("silence",)))["silence"]
+    assert found.verdict == verdict, found
+
+
 async def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> None:
     found = (await findings(sled(SafeActionRaises), live=True, only=("leaves",)))["leaves"]
     assert found.verdict == "failed"

@@ -258,9 +258,18 @@ class SafetyWatch:
         if peer_id in (self.mover, self._handling):
             self._act("safety.lease_lost")
 
+    def device_changed(self) -> None:
+        """The device that it moves has gone or is back: whoever holds a stick meanwhile moves nothing by that alone,
+        for whoever plugs it in stands beside it."""
+        with self._owner.changed:
+            self._must_let_go()
+
+    def _must_let_go(self) -> None:
+        self._release.stopped({*self._sessions.values(), self._commander})
+
     def stop(self) -> None:
         """Nothing that has arrived until now may act, whatever moves must stand. The lock is held."""
-        self._release.stopped({*self._sessions.values(), self._commander})
+        self._must_let_go()
         self._fence("safety.stopped", None)
         self._act("safety.stop")
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from mosaic_core.contract.devices.keeper import AbsenceListener, Keeper
 from mosaic_core.contract.handler import (
     AudioReceivable,
     AudioTrackHandler,
@@ -20,6 +21,7 @@ from mosaic_core.contract.handler import (
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.delivery.outbox import Outbox
@@ -83,6 +85,7 @@ class HandlerRuns:
         self._runners: dict[str, Runner] = {}
         self._failures: dict[str, Failures] = {}
         self._losses: dict[str, HandlerLosses] = {}
+        self._listeners: dict[str, list[tuple[Keeper, AbsenceListener]]] = {}
         self._always: set[str] = set()
         self._groups: dict[str, tuple[str, ...]] = {}
         self._rows = ConnectorRows(
@@ -147,8 +150,7 @@ class HandlerRuns:
         code = PluginCode((handler,))
         failures = Failures(handler.label, lambda *failure: self._failed.put(failure), code=code)
         self._failures[handler.label] = failures
-        if handler.keeper is not None:
-            handler.keeper.listen(failures)
+        self._listen(handler, failures)
         runner = runner_of(handler, host, failures)
         if runner is not None:
             self._runners[handler.label] = runner
@@ -161,6 +163,7 @@ class HandlerRuns:
             requests = RequestDesk(handler, failures, is_motion=route.safety.is_motion)
             make_safe = requests.make_safe
         watch = self.safety.guard(route.label, route.safety, make_safe, handler.peer_left)
+        self._listen(handler, _LetsGo(watch))
         return Receiver(
             handler,
             watch,
@@ -209,12 +212,17 @@ class HandlerRuns:
         await asyncio.gather(*endings, *(runner.closed() for runner in runners))
         self.safety.forget([receiver.watch for receiver in receivers])
         self._always.difference_update(labels)
-        self._leave_keepers(connectors)
+        self._leave_keepers(labels)
 
-    def _leave_keepers(self, connectors: Sequence[Connector]) -> None:
-        for handler in [handler for connector in connectors for handler in connector.handlers]:
-            if handler.keeper is not None:
-                handler.keeper.ignore(self._failures[handler.label])
+    def _listen(self, handler: Handler, listener: AbsenceListener) -> None:
+        """Until the handler goes."""
+        if handler.keeper is not None:
+            handler.keeper.listen(listener)
+            self._listeners.setdefault(handler.label, []).append((handler.keeper, listener))
+
+    def _leave_keepers(self, labels: Sequence[str]) -> None:
+        for keeper, listener in [one for label in labels for one in self._listeners.pop(label, ())]:
+            keeper.ignore(listener)
 
     def _receivers_of(self, connectors: Sequence[Connector]) -> list[Receiver]:
         return [one for label in _labels_of(connectors) if (one := self._receiver_at(label)) is not None]
@@ -295,7 +303,7 @@ class HandlerRuns:
         endings = [receiver.closed() for receiver in receivers]
         endings += [runner.closed() for runner in self._runners.values()]
         await asyncio.gather(*endings, self.talk.closed())
-        self._leave_keepers(self._connectors)
+        self._leave_keepers(list(self._listeners))
         self.media.close()
         self.safety.close()
 
@@ -338,6 +346,19 @@ class HandlerRuns:
         )
 
 
+class _LetsGo:
+    """Has whoever commands a kept device let go of it when it comes back."""
+
+    def __init__(self, watch: SafetyWatch) -> None:
+        self._watch = watch
+
+    def away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
+        self._watch.device_changed()
+
+    def is_back(self) -> None:
+        self._watch.device_changed()
+
+
 def _safe_action_of(handler: DataChannelReceivable[object]) -> Callable[[str], None]:
     """What it finds of its device, the keeper hears, which opens it again."""
     keeper = handler.keeper
@@ -358,7 +379,9 @@ def _look_for_keeper(handler: Handler) -> None:
     """One that was never started opens nothing, and would say nothing of it."""
     if handler.keeper is not None and handler.keeper.is_stopping:
         fields = {"label": handler.label, "code": "plugin.no_device"}
-        text = "connector %r: its keeper was not started, so that nothing opens its device. Call start() in __enter__ of "
+        text = (
+            "connector %r: its keeper was not started, so that nothing opens its device. Call start() in __enter__ of "
+        )
         logger.error(f"{text}what self.shared.get makes", handler.label, extra=fields)
 
 

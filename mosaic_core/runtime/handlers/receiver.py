@@ -208,6 +208,9 @@ class Receiver:
 
     def _admitted(self, item: Incoming) -> tuple[Any, ...] | None:
         """The arguments of ``handle_data``, with the watchdog fed; ``None`` if the message must not act."""
+        if self._keeper is not None and self._keeper.absence is not None:
+            self._tell(Outcome(item, self._could_not(self._keeper.absence)))
+            return None
         turn = self._turn_of(item)
         try:
             refusal = refusal_on_acting(turn)
@@ -282,9 +285,12 @@ class Receiver:
             self._keeper.lost(error)
         else:
             self._rest(item.sender.peer_id if item is not None else "", error)
-        # what the plugin raised is for the robot's log: it may name files, addresses, passwords
+        self._tell_of(item, self._could_not(error))
+
+    def _could_not(self, error: BaseException) -> GateRefusal:
+        """What the plugin raised is for the robot's log: it may name files, addresses, passwords."""
         text = f"{self.label!r} could not carry it out; the robot's log says why"
-        self._tell_of(item, GateRefusal(Gate.HANDLER, failure_code(error), text))
+        return GateRefusal(Gate.HANDLER, failure_code(error), text)
 
     def _rest(self, peer_id: str, error: BaseException) -> None:
         """For a while nothing of this peer is taken."""

@@ -244,6 +244,7 @@ def test_a_safe_action_that_breaks_again_and_again_has_one_traceback_is_counted_
         valve.make_safe("safety.stop")
         stage.turn()
     told = [(record.getMessage(), record.exc_info is not None) for record in caplog.records]
+    assert {vars(record)["label"] for record in caplog.records} == {"valve"}
     assert told == [
         ("the safe action of 'valve' failed", True),
         ("the safe action of 'valve' has failed 10 times", False),
@@ -267,6 +268,19 @@ def test_a_safe_action_that_waits_for_its_device_is_told_once_and_quietly(
     assert vars(caplog.records[0])["label"] == "valve"
 
 
+def test_neither_what_never_failed_nor_a_farewell_works_again(
+    stage: Stage, safety: SafetyWatchdog, caplog: pytest.LogCaptureFixture
+) -> None:
+    sound = safety.guard("sound", ReceiverSafety(), lambda _: None, lambda _: None)
+    sound.make_safe("safety.stop")
+    stage.turn()
+    sound.failures = 3
+    sound.peer_joined("ann")
+    sound.peer_left(Sender("ann", "session"))
+    stage.turn()
+    assert caplog.records == []
+
+
 def test_a_farewell_that_breaks_is_no_safe_action(
     stage: Stage, safety: SafetyWatchdog, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -277,7 +291,8 @@ def test_a_farewell_that_breaks_is_no_safe_action(
     valve.peer_joined("ann")
     valve.peer_left(Sender("ann", "session"))
     stage.turn()
-    assert [record.getMessage() for record in caplog.records] == ["peer_left of 'valve' failed"]
+    [record] = caplog.records
+    assert (record.getMessage(), vars(record)["label"]) == ("peer_left of 'valve' failed", "valve")
 
 
 def test_who_waits_for_an_action_hears_of_its_beginning_and_of_its_end(stage: Stage, safety: SafetyWatchdog) -> None:

@@ -455,6 +455,18 @@ def test_after_a_stop_everybody_who_was_there_must_let_go_first(it: Scene) -> No
     assert it.watch.must_release(it.command(BOB))
 
 
+def test_when_its_device_goes_or_is_back_everybody_must_let_go_first(it: Scene) -> None:
+    it.watch.begin(it.command(BOB))
+    it.watch.peer_left(BOB)
+    it.watch.device_changed()
+    assert it.watch.must_release(it.command(ANN))
+    assert it.watch.must_release(it.command(BOB)), "it commanded last"
+    it.watch.begin(it.command(ANN), wants_motion=False)
+    assert not it.watch.must_release(it.command(ANN))
+    it.watch.device_changed()
+    assert it.watch.must_release(it.command(ANN))
+
+
 def test_who_commanded_and_left_before_the_stop_must_let_go_when_it_comes_back(it: Scene) -> None:
     it.moves(ANN)
     it.watch.peer_left(ANN)

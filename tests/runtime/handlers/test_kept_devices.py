@@ -64,6 +64,7 @@ class Motor:
 
 class Drive(DataChannelReceivable[Speed]):
     timeout_s = 0.3
+    motion_fields = ("speed_mps",)
 
     def __init__(self, label: str, motor: Motor) -> None:
         super().__init__(label)
@@ -123,7 +124,7 @@ async def test_a_device_that_is_away_at_the_start_is_told_once_and_so_is_its_ret
     assert motor.told[0] == 0.0
 
 
-async def test_a_command_that_finds_it_gone_is_refused_and_the_next_one_after_its_return_is_carried_out(
+async def test_a_command_that_finds_it_gone_is_refused_and_a_stick_held_until_its_return_moves_nothing(
     log: pytest.LogCaptureFixture,
 ) -> None:
     motor = Motor()
@@ -139,6 +140,9 @@ async def test_a_command_that_finds_it_gone_is_refused_and_the_next_one_after_it
         assert row(link).failure_code == "plugin.no_device"
         motor.is_plugged = True
         await until(lambda: row(link).state == "running")
+        store.send_json({"speed_mps": 0.25})
+        await until(lambda: row(link).refused_by.get("stop", 0) == 1)
+        store.send_json({"speed_mps": 0.0})
         store.send_json({"speed_mps": 0.25})
         await until(lambda: 0.25 in motor.told)
     assert not [record for record in log.records if record.exc_info]
