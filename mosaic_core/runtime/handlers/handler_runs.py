@@ -36,6 +36,7 @@ from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
+from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.threads.stacks import PluginCode
@@ -378,11 +379,10 @@ def _safe_action_of(handler: DataChannelReceivable[object]) -> Callable[[str], N
 def _look_for_keeper(handler: Handler) -> None:
     """One that was never started opens nothing, and would say nothing of it."""
     if handler.keeper is not None and handler.keeper.is_stopping:
+        cure = "Call its start() in __enter__ of what self.shared.get makes"
+        text = f"connector %r%s: its keeper was not started, so that nothing opens its device. {cure}"
         fields = {"label": handler.label, "code": "plugin.no_device"}
-        text = (
-            "connector %r: its keeper was not started, so that nothing opens its device. Call start() in __enter__ of "
-        )
-        logger.error(f"{text}what self.shared.get makes", handler.label, extra=fields)
+        logger.error(text, handler.label, standing_at(type(handler)), extra=fields)
 
 
 def _labels_of(connectors: Sequence[Connector]) -> list[str]:

@@ -3,6 +3,7 @@ action say so, and nothing is a bug."""
 
 from __future__ import annotations
 
+import inspect
 import logging
 from collections.abc import Iterator
 from typing import Any, Self
@@ -169,8 +170,8 @@ async def test_a_keeper_that_nobody_started_is_told(log: pytest.LogCaptureFixtur
     async with joined(connector(kept_by(Motor(starts=False)), label="drive")):
         pass
     (told,) = [line for line in lines(log) if "keeper" in line]
-    assert "'drive': its keeper was not started" in told
-    assert "Call start() in __enter__" in told
+    assert f"'drive' ({__file__}:{inspect.getsourcelines(Drive)[1]}): its keeper was not started" in told
+    assert "Call its start() in __enter__" in told
 
 
 async def test_who_has_left_the_robot_hears_of_the_device_no_more(log: pytest.LogCaptureFixture) -> None:
