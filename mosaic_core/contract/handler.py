@@ -75,8 +75,8 @@ class Handler(TypeArguments):
     ``acme-arm/ArmPanel``."""
     keeper: Keeper | None = None
     """What keeps the device open that this handler drives; set it in ``__init__``. While the device is away, so is the
-    handler for whoever looks at it, and :class:`~mosaic_core.DeviceGone` of its ``handle_data`` or ``make_safe`` is
-    told to the keeper."""
+    handler for whoever looks at it, and its commands are refused. :class:`~mosaic_core.DeviceGone` of ``handle_data``
+    and ``make_safe`` is told to the keeper; once the device is back, whoever commands it must let go first."""
     data_type: MosaicDataType
 
     def __init__(self, label: str) -> None:

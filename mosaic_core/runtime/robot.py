@@ -102,17 +102,17 @@ class Robot:
         """Run until :meth:`stop`. Raises :class:`SignalingError` (``signal.replaced``) if the same robot connected
         elsewhere and no other server is left, and whatever a shared thing of the plugins raises when it is entered."""
         self._loop = asyncio.get_running_loop()
+        self._live = live = LiveRobot(self._plan, self._near, self)  # first: keepers that begin tell its handlers
         await asyncio.to_thread(self._shared.enter)
         try:
-            await self._run()
+            await self._run(live)
         finally:
             await asyncio.to_thread(self._shared.leave)
         error = self._running.servers.error
         if error is not None and not self._stop_wanted:
             raise error
 
-    async def _run(self) -> None:
-        self._live = live = LiveRobot(self._plan, self._near, self)
+    async def _run(self, live: LiveRobot) -> None:
         live.runs.start()
         live.guard.start()
         signaling = asyncio.create_task(live.servers.run(), name="mosaic-signaling")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("test-your-connector", "numpy-camera", "event-driven", "async-bodies", "depth-cameras")
+PAGES = ("test-your-connector", "numpy-camera", "event-driven", "async-bodies", "depth-cameras", "driven-device")
 NAMED = re.compile(r"`(\w+\.py)`[^`\n]*:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
