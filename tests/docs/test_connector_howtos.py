@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("test-your-connector", "numpy-camera", "event-driven", "async-bodies", "depth-cameras", "driven-device")
-NAMED = re.compile(r"`(\w+\.py)`[^`\n]*:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NAMED = re.compile(r"`(?:connectors/)?(\w+\.py)`[^`\n]*:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 

@@ -18,11 +18,11 @@ import yaml
 from support.page_blocks import PAGES, ROOT, blocks
 from typer.testing import CliRunner
 
-from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, Refused, Shared
+from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, Shared
 from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
-from mosaic_core.testing import build, collect, fake_host, take_frames, until
+from mosaic_core.testing import build, collect, fake_host, take_frames
 
 LOCAL_FILE = re.compile(
     r"^(?:`(?P<said>connectors/\w+\.py)`:\n\n```python|```python title=\"(?P<title>connectors/\w+\.py)\")\n"
@@ -131,17 +131,6 @@ def test_the_shared_board_of_the_howto_is_opened_anew_after_it_vanished(tmp_path
             os.close(line)
             os.close(board)  # it is pulled out
             port.unlink()
-
-
-async def test_the_motor_of_the_howto_stands_still_when_it_comes_and_when_the_robot_ends(tmp_path: Path) -> None:
-    port = tmp_path / "port"
-    with run_blocks("docs/howto/several-handlers.md")["Motor"](str(port)) as motor:
-        with pytest.raises(Refused, match="no motor on"):
-            motor.drive(0.5)
-        port.touch()
-        await until(lambda: port.read_bytes() == b"0\n")
-        motor.drive(0.5)
-    assert port.read_bytes() == b"0\n0.500\n0\n"
 
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: str(page.relative_to(ROOT)))
