@@ -50,17 +50,14 @@ async def code_checks(read: ConfigRead) -> AsyncIterator[Finding]:
     packages = {one.configurer.__module__.partition(".")[0]: one.installed.local for one in read.connectors}
     packages.pop("mosaic_core", None)
     for package, local in sorted(packages.items(), key=lambda one: one[0]):
-        name = package if local is None else FOLDER
+        name, where = (package, package) if local is None else (FOLDER, str(local.file.parent))
         found = await asyncio.to_thread(_found_in, package)
         for place, what in found:
             facts = {"place": place}
             text = f"{place}: {what} in an `async def` stops the whole robot while it waits."
             yield warned(f"code.{name}", "plugin.blocks_loop", text, facts=facts)
         if not found:
-            yield passed(
-                f"code.{name}",
-                f"Nothing in {name if local is None else local.file.parent} is seen to block the event loop.",
-            )
+            yield passed(f"code.{name}", f"Nothing in {where} is seen to block the event loop.")
 
 
 def _found_in(package: str) -> list[tuple[str, str]]:
