@@ -155,12 +155,6 @@ class DeviceGone(MosaicError):
     def __init__(self, message: str, cure: str = "") -> None:
         super().__init__(f"{message}; {cure}" if cure else message, code="plugin.no_device", cure=cure or None)
 
-    def alone(self) -> DeviceGone:
-        """The same words, to be kept: without a traceback and a cause, which keep what was half opened."""
-        copy = DeviceGone(self.message)
-        copy.cure = self.cure
-        return copy
-
 
 class WireError(MosaicError):
     """Bytes from the other side that make no sense; the message is safe to show and quotes no secret."""

@@ -118,7 +118,7 @@ class Keeper:
     def _tell_away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
         with self._absence_lock:
             is_news = self.absence is None or str(self.absence) != str(gone)
-            self.absence = gone.alone()
+            self.absence = _alone(gone)
             for one in self._listeners:
                 one.away(gone, tries_again_in_s)
             if is_news and not self._listeners:
@@ -160,6 +160,13 @@ class Keeper:
         """The thread that asks, if it is, or was, this keeper's; else the one that takes turns now."""
         asking = threading.current_thread()
         return asking if isinstance(asking, _KeeperThread) and asking.keeper is self else self._thread
+
+
+def _alone(gone: DeviceGone) -> DeviceGone:
+    """The same words, to be kept: without a traceback and a cause, which keep what was half opened."""
+    copy = DeviceGone(gone.message)
+    copy.cure = gone.cure
+    return copy
 
 
 class _KeeperThread(threading.Thread):
