@@ -117,11 +117,12 @@ class Keeper:
 
     def _tell_away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
         with self._absence_lock:
-            is_news, self.absence = self.absence is None or str(self.absence) != str(gone), gone
+            is_news = self.absence is None or str(self.absence) != str(gone)
+            self.absence = _alone(gone)
             for one in self._listeners:
                 one.away(gone, tries_again_in_s)
             if is_news and not self._listeners:
-                _log.warning("%s: %s; tries again in %.1f s", self._name, gone, tries_again_in_s)
+                _log.warning("%s: %s; tries again in %.1f s", self._name, self.absence, tries_again_in_s)
 
     def _tell_back(self) -> None:
         with self._absence_lock:
@@ -161,6 +162,13 @@ class Keeper:
         return asking if isinstance(asking, _KeeperThread) and asking.keeper is self else self._thread
 
 
+def _alone(gone: DeviceGone) -> DeviceGone:
+    """The same words, to be kept: without a traceback and a cause, which keep what was half opened."""
+    copy = DeviceGone(gone.message)
+    copy.cure = gone.cure
+    return copy
+
+
 class _KeeperThread(threading.Thread):
     def __init__(
         self, name: str, turn: Callable[[], float | None], leave: Callable[[], object] | None, keeper: Keeper
@@ -181,8 +189,13 @@ class _KeeperThread(threading.Thread):
                 self._leave()
 
     def _take(self) -> None:
-        """One turn and its rest; what is wrong with it is told, and another one tries again: a device shall not be
-        given up for it."""
+        pause_s = self._failed()
+        if pause_s is not None:
+            self.wait(pause_s)  # not where the error is still known: it would keep a device that was half opened
+
+    def _failed(self) -> float | None:
+        """One turn and its rest; the pause where it failed. What is wrong with it is told, and another one tries again:
+        a device shall not be given up for it."""
         failures = self.keeper.failures
         try:
             rest_s = self._turn()
@@ -192,11 +205,12 @@ class _KeeperThread(threading.Thread):
                 self.keeper.worked()
             self.wait(rest_s)
         except DeviceGone as gone:
-            self.wait(self.keeper.away(gone))
+            return self.keeper.away(gone)
         except Exception:  # noqa: BLE001 - code of a plugin may raise anything, and return what is no time
             wait_s = self.keeper.failed()
             _log.exception("%s: a turn failed; the next one comes in %s s", self.name, wait_s)
-            self.wait(wait_s)
+            return wait_s
+        return None
 
     def wait(self, seconds: float | None) -> None:
         if not self.is_over:

@@ -44,7 +44,7 @@ class GpioOutput(DataChannelReceivable[OutputTarget]):
 
     def __init__(self, label: str, pin: KeptPin, params: GpioOutputParams) -> None:
         super().__init__(label)
-        self._pin = pin
+        self._pin, self.keeper = pin, pin.keeper
         self._params = params
         self.limits = {"value": FieldBounds(min=0.0, max=1.0)}
 
@@ -57,7 +57,7 @@ class GpioOutput(DataChannelReceivable[OutputTarget]):
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""
-        self._pin.make_safe(_level(self._params, self._params.safe_value))
+        self._pin.write(_level(self._params, self._params.safe_value))
 
 
 def _level(params: GpioOutputParams, value: float) -> float:

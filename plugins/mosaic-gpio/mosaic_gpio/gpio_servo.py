@@ -47,7 +47,7 @@ class GpioServo(DataChannelReceivable[JointTarget]):
 
     def __init__(self, label: str, pin: KeptPin, params: GpioServoParams) -> None:
         super().__init__(label)
-        self._pin = pin
+        self._pin, self.keeper = pin, pin.keeper
         self._start_rad = params.start_rad
         self.item_names = (params.joint,)
         self.limits = {f"positions.{params.joint}": FieldBounds(min=params.min_rad, max=params.max_rad)}

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Self
 
-from mosaic_core import DeviceGone, Keeper, Refused
+from mosaic_core import DeviceGone, Keeper
 from mosaic_core.contract.devices.keeper import RETRY
 from mosaic_gpio.factories import PinParams, opening
 
@@ -29,11 +29,8 @@ class KeptPin:
         self._safe = safe
         self._lock = threading.Lock()
         self._device: Any = None
-        self._problem = f"{params.place} is not open yet"
-        """Not the error itself: its traceback would keep a device that was half opened, and the pin with it."""
         self._opened = threading.Event()
-        self._was_told = False
-        self._keeper = Keeper(f"mosaic-{params.place}", self._turn, retry=RETRY)
+        self.keeper = Keeper(f"mosaic-{params.place}", self._turn, retry=RETRY)
 
     @property
     def value(self) -> float | None:
@@ -47,60 +44,36 @@ class KeptPin:
         return self._opened.wait(timeout_s)
 
     def write(self, value: float) -> None:
-        """Raises :class:`Refused` (``plugin.no_device``) while the pin is away."""
+        """Raises :class:`DeviceGone` while the pin is away: one that comes back begins in its safe state."""
         with self._lock:
             if self._device is None:
-                raise Refused("plugin.no_device", self._problem)
+                raise DeviceGone(f"{self.params.place} is not open yet")
             try:
                 with opening(self.params):
                     setattr(self._device, self._field, value)
-            except DeviceGone as gone:
-                self._lost(gone)
-                raise Refused("plugin.no_device", gone.message) from gone
-
-    def make_safe(self, value: float) -> None:
-        """Write it, if the pin is there: one that comes back begins in its safe state."""
-        try:
-            self.write(value)
-        except Refused:
-            return
+            except DeviceGone:
+                self._device = None
+                self._opened.clear()
+                raise
 
     def __enter__(self) -> Self:
-        self._was_told = False
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
+        self.keeper.stop()
 
     def _turn(self) -> float:
         """Open it and wait until it is lost, or the robot ends."""
-        try:
-            with opening(self.params):
-                device = self._make()
-        except DeviceGone as gone:
-            self._problem = gone.message
-            if not self._was_told:
-                _log.warning("%s Trying again.", gone.message)
-            self._was_told = True
-            return self._keeper.failed()
-        if self._was_told:
-            _log.warning("%s is back", self.params.place)
+        with opening(self.params):
+            device = self._make()
         with self._lock:
             self._device = device
         self._opened.set()
-        self._keeper.worked()
-        self._keeper.wait()
+        self.keeper.worked()
+        self.keeper.wait()
         self._close(device)
-        self._was_told = True
         return 0.0
-
-    def _lost(self, gone: DeviceGone) -> None:
-        """Locked."""
-        _log.warning("%s; opening it again", gone.message)
-        self._device, self._problem = None, gone.message
-        self._opened.clear()
-        self._keeper.wake()
 
     def _close(self, device: Any) -> None:
         with self._lock:

@@ -2,6 +2,7 @@
 
 import logging
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -262,7 +263,7 @@ def test_whoever_finds_it_gone_makes_the_next_turn_come_now_but_only_the_first_t
     keeper.lost(gone)
     keeper.lost(DeviceGone("still not"))
     assert listener.heard == ["it does not answer 0", "back", "it does not answer 0"]
-    assert keeper.absence is gone
+    assert str(keeper.absence) == "it does not answer"
 
 
 def test_who_listens_late_hears_at_once_that_it_is_away_and_who_ignores_it_hears_no_more() -> None:
@@ -273,3 +274,31 @@ def test_who_listens_late_hears_at_once_that_it_is_away_and_who_ignores_it_hears
     keeper.ignore(listener)
     keeper.worked()
     assert listener.heard == ["unplugged 0"]
+
+
+class HalfOpen:
+    """What a device holds that could not be opened wholly."""
+
+
+def test_what_was_half_opened_is_let_go_before_the_next_turn() -> None:
+    held, were_free = list["weakref.ref[HalfOpen]"](), threading.Event()
+
+    def turn() -> float | None:
+        if held:
+            if held[0]() is None and keeper.absence is not None:
+                were_free.set()
+            return None
+        half = HalfOpen()
+        held.append(weakref.ref(half))
+        raise DeviceGone("no motor on ttyUSB0", "plug it in") from OSError(half)
+
+    keeper = Keeper("motor", turn, retry=SOON)
+    with started(keeper):
+        assert were_free.wait(IN_TIME_S)
+
+
+def test_an_absence_that_is_kept_has_the_cure_of_the_error() -> None:
+    keeper = Keeper("motor", lambda: None)
+    keeper.lost(DeviceGone("no motor", "plug it in"))
+    assert keeper.absence is not None
+    assert (str(keeper.absence), keeper.absence.cure) == ("no motor; plug it in", "plug it in")
