@@ -179,7 +179,7 @@ async def test_what_a_connector_refuses_when_it_is_made_is_no_valid_file_either(
     path = tmp_path / "robot.yaml"
     path.write_text(ROBOT + "  - { type: gps-nmea, label: gps, safety: { max_rate_hz: 3 } }\n")
     [finding] = await collected(config_checks(read_config(path)))
-    assert finding.status == "failed"
+    assert finding.status == "fail"
     assert "receives nothing that could be limited" in finding.sentence
     assert "robot.yaml:7" in finding.sentence
 
