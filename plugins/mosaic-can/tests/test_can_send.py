@@ -134,6 +134,7 @@ def test_after_bus_off_nothing_is_sent_until_it_is_back_and_then_the_safe_frame_
     opened.says(error_frame(ERROR_BUS_OFF))
     fed = feed(handler, [FORWARD, Stopped()])
     assert "bus-off" in fed.refused[0].message
+    assert "bus-off" in str(handler.keeper.absence), "as everybody sees it"
     assert opened.heard() == []
     opened.says(error_frame(ERROR_RESTARTED))
     assert said(opened.heard()) == [SAFE]
