@@ -30,8 +30,9 @@ class Every:
     """
 
     def __init__(self, host: HandlerHost, period_s: float) -> None:
-        if period_s <= 0:
-            raise ValueError("the period must be positive")
+        if not period_s > 0:
+            message = f"every({period_s!r}): a period is more than 0 seconds"
+            raise ValueError(f"{message}; without any rest write `while not self.is_stopping`")
         self._host = host
         self._period_s = period_s
 

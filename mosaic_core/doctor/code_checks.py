@@ -10,6 +10,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 from mosaic_core.doctor.config_checks import ConfigRead
+from mosaic_core.runtime.configuration.local_connectors import FOLDER
 from mosaic_core.words.finding import Finding, passed, skipped, warned
 
 MAX_FILES = 200
@@ -46,15 +47,17 @@ async def code_checks(read: ConfigRead) -> AsyncIterator[Finding]:
     """The source of every package that the connectors of the file come from."""
     if not read.connectors:
         yield skipped("code.connectors", "No connector of the file could be read, so no code is looked at.")
-    packages = {one.configurer.__module__.partition(".")[0] for one in read.connectors} - {"mosaic_core"}
-    for package in sorted(packages):
+    packages = {one.configurer.__module__.partition(".")[0]: one.installed.local for one in read.connectors}
+    packages.pop("mosaic_core", None)
+    for package, local in sorted(packages.items(), key=lambda one: one[0]):
+        name, where = (package, package) if local is None else (FOLDER, str(local.file.parent))
         found = await asyncio.to_thread(_found_in, package)
         for place, what in found:
             facts = {"place": place}
             text = f"{place}: {what} in an `async def` stops the whole robot while it waits."
-            yield warned(f"code.{package}", "plugin.blocks_loop", text, facts=facts)
+            yield warned(f"code.{name}", "plugin.blocks_loop", text, facts=facts)
         if not found:
-            yield passed(f"code.{package}", f"Nothing in {package} is seen to block the event loop.")
+            yield passed(f"code.{name}", f"Nothing in {where} is seen to block the event loop.")
 
 
 def _found_in(package: str) -> list[tuple[str, str]]:

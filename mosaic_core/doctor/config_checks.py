@@ -12,8 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from mosaic_core.contract.checks import CHECKS_GROUP, CheckContext, NamedConnector
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import ServerConfig
@@ -42,10 +42,11 @@ class ConfigRead:
 def read_config(path: Path, resolver: ConnectorResolver | None = None) -> ConfigRead:
     """Read and check the file; a mistake is no error here, but a finding later."""
     try:
-        validation = validate_file(path, resolver=resolver)
+        validation, rehearsal = AutoConfigurer(resolver=resolver).rehearse_file(path)
     except ConfigError as error:
         return ConfigRead(path, error.problems, None)
-    return ConfigRead(path, validation.problems, _server_of(validation.document), validation.connectors)
+    problems = (*validation.problems, *rehearsal.problems)
+    return ConfigRead(path, problems, _server_of(validation.document), validation.connectors)
 
 
 def _server_of(document: YamlDocument) -> ServerConfig | None:

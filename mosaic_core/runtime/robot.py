@@ -102,7 +102,7 @@ class Robot:
         """Run until :meth:`stop`. Raises :class:`SignalingError` (``signal.replaced``) if the same robot connected
         elsewhere and no other server is left, and whatever a shared thing of the plugins raises when it is entered."""
         self._loop = asyncio.get_running_loop()
-        self._live = live = LiveRobot(self._plan, self._near, self)  # first: keepers that begin tell its handlers
+        live = LiveRobot(self._plan, self._near, self)  # first: keepers that begin tell its handlers
         await asyncio.to_thread(self._shared.enter)
         try:
             await self._run(live)
@@ -113,6 +113,7 @@ class Robot:
             raise error
 
     async def _run(self, live: LiveRobot) -> None:
+        self._live = live
         live.runs.start()
         live.guard.start()
         signaling = asyncio.create_task(live.servers.run(), name="mosaic-signaling")

@@ -184,7 +184,7 @@ async def test_a_plain_for_over_every_in_an_async_def_is_refused_with_line_and_c
 
 
 def test_a_period_must_be_positive() -> None:
-    with pytest.raises(ValueError, match="positive"):
+    with pytest.raises(ValueError, match=r"every\(0\): a period is more than 0 seconds; without any rest write `while"):
         Gauge("g").every(0)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -40,10 +41,10 @@ def test_what_blocks_in_an_async_def_is_found_with_its_line() -> None:
     ]
 
 
-def read_of(*modules: str) -> Any:
-    return SimpleNamespace(
-        connectors=[SimpleNamespace(configurer=SimpleNamespace(__module__=module)) for module in modules]
-    )
+def read_of(*modules: str, local: Any = None) -> Any:
+    installed = SimpleNamespace(local=local)
+    made = [SimpleNamespace(configurer=SimpleNamespace(__module__=module), installed=installed) for module in modules]
+    return SimpleNamespace(connectors=made)
 
 
 async def test_a_plugin_is_named_with_file_and_line_and_a_good_one_passes(
@@ -59,6 +60,13 @@ async def test_a_plugin_is_named_with_file_and_line_and_a_good_one_passes(
         *[("code.acme_slow", "plugin.blocks_loop")] * 3,
     ]
     assert f"{folder / 'acme_slow.py'}:7" in findings[1].sentence
+
+
+async def test_a_folder_beside_the_file_is_told_by_its_path_and_not_by_the_name_that_python_knows() -> None:
+    local = SimpleNamespace(file=Path("/robot/connectors/lamp.py"))
+    (finding,) = [one async for one in code_checks(read_of("local_connectors_ed2f2175.lamp", local=local))]
+    assert finding.check == "code.connectors"
+    assert finding.sentence == "Nothing in /robot/connectors is seen to block the event loop."
 
 
 async def test_a_file_without_a_connector_that_can_be_read_is_told() -> None:

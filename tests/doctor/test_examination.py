@@ -175,6 +175,15 @@ async def test_a_mistake_is_told_with_its_line_and_the_server_is_known_all_the_s
     assert [one.config.label for one in read.connectors] == ["link"]
 
 
+async def test_what_a_connector_refuses_when_it_is_made_is_no_valid_file_either(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(ROBOT + "  - { type: gps-nmea, label: gps, safety: { max_rate_hz: 3 } }\n")
+    [finding] = await collected(config_checks(read_config(path)))
+    assert finding.status == "fail"
+    assert "receives nothing that could be limited" in finding.sentence
+    assert "robot.yaml:7" in finding.sentence
+
+
 async def test_a_file_that_can_not_be_read_is_a_finding(tmp_path: Path) -> None:
     read = read_config(tmp_path / "none.yaml")
     assert read.server is None

@@ -25,13 +25,12 @@ def validate(
 ) -> None:
     """Check a robot's YAML file: every mistake at once. Starts nothing and opens no device."""
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-    from mosaic_core.runtime.configuration.config_loader import validate_file
 
     leases: Mapping[str, Sequence[str]] = {}
     try:
         resolver = resolver_beside(config, local_connectors)
-        validation = validate_file(config, resolver=resolver, allow_missing_env=allow_missing_env)
-        rehearsal = AutoConfigurer(resolver=resolver).rehearse(validation)
+        configurer = AutoConfigurer(resolver=resolver)
+        validation, rehearsal = configurer.rehearse_file(config, allow_missing_env=allow_missing_env)
         problems = by_line((*validation.problems, *rehearsal.problems))
         unused = untold(resolver.local.problems, problems)
         hints = (*unused, *by_line((*validation.hints, *rehearsal.hints)))

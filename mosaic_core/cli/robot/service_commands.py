@@ -98,11 +98,9 @@ def _validated(config: Path, words: list[str]) -> Validation:
     """Raises :class:`ConfigError` with every mistake. Secrets that only the service has are forgiven."""
     from mosaic_core.cli.configuration.local_option import resolver_beside
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-    from mosaic_core.runtime.configuration.config_loader import validate_file
 
-    resolver = resolver_beside(config, "--local-connectors" in words)
-    validation = validate_file(config, resolver=resolver, allow_missing_env=True)
-    rehearsal = AutoConfigurer(resolver=resolver).rehearse(validation)
+    configurer = AutoConfigurer(resolver=resolver_beside(config, "--local-connectors" in words))
+    validation, rehearsal = configurer.rehearse_file(config, allow_missing_env=True)
     problems = (*validation.problems, *rehearsal.problems)
     if problems:
         raise ConfigError(problems)

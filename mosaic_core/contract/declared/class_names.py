@@ -7,8 +7,8 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 
+from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.declared.yielded import caller
 from mosaic_core.words.errors import MosaicError
@@ -53,7 +53,6 @@ _OF_CONFIGURERS: Mapping[str, str] = {
     "shared": "Leave it out: the robot gives it to __init__.",
 }
 _API_VERSION = "MOSAIC_API_VERSION"
-_ALIKE = 0.8
 
 
 def check_names(cls: type) -> None:
@@ -121,8 +120,8 @@ def check_derived(cls: type) -> None:
 def _check_spelling(cls: type, name: str, words: Iterable[str]) -> None:
     """Refuse a name that is almost one that this class could have and does not write itself."""
     meant = {one.removesuffix("s"): one for one in words if hasattr(cls, one) and one not in vars(cls)}
-    found = get_close_matches(name.removesuffix("s"), [one for one in meant if one[0] == name[0]], 1, _ALIKE)
-    if found:
-        word = meant[found[0]]
+    found = slip_of(name.removesuffix("s"), [one for one in meant if one[0] == name[0]])
+    if found is not None:
+        word = meant[found]
         message = f"it has '{name}', which nothing reads; did you mean '{word}'?"
         raise wrong_declaration(cls, message, f"Write {word}, or begin a name of your own with _.")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
+from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 
 _FIELD_WORDS = frozenset(inspect.signature(Field).parameters)
@@ -37,9 +37,9 @@ def _check_field_words(cls: type[BaseModel]) -> None:
     for name, field in cls.model_fields.items():
         extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
         for word in extra.keys() - _FIELD_WORDS:
-            if meant := get_close_matches(word, _FIELD_WORDS, 1, 0.8):
-                message = f"Field of '{name}' has '{word}', which nothing reads; did you mean '{meant[0]}'?"
-                raise wrong_declaration(cls, message, f"Write {meant[0]}.")
+            if meant := slip_of(word, _FIELD_WORDS):
+                message = f"Field of '{name}' has '{word}', which nothing reads; did you mean '{meant}'?"
+                raise wrong_declaration(cls, message, f"Write {meant}.")
 
 
 def _mistakes(cls: type[BaseModel], written: dict[str, Any], context: Any) -> Iterator[ErrorDetails]:

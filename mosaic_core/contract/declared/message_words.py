@@ -4,12 +4,12 @@ that it does not have."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel
 
 from mosaic_core.contract.declared.nested_models import field_names, models_in, names_of
+from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.words.errors import hint_at
 from mosaic_core.words.limits import MOTION_KINDS
@@ -20,7 +20,6 @@ WORDS: Mapping[str, str] = {
     "keyed_by": 'keyed_by: ClassVar[Mapping[str, str]] = {"positions": "names"}',
 }
 """What is read of the class of a message, and how it is written."""
-_ALIKE = 0.8
 
 
 def check_message_words(cls: type[BaseModel]) -> None:
@@ -29,10 +28,9 @@ def check_message_words(cls: type[BaseModel]) -> None:
         if name in WORDS:
             raise wrong_declaration(cls, f"{name} is a field of it.", f"Say it of the class: {WORDS[name]}.")
     for name in cls.__class_vars__ & vars(cls).keys() - WORDS.keys():
-        meant = get_close_matches(name, WORDS, 1, _ALIKE)
-        if meant:
-            message = f"it has '{name}', which nothing reads; did you mean '{meant[0]}'?"
-            raise wrong_declaration(cls, message, f"Write {meant[0]}, or begin a name of your own with _.")
+        if meant := slip_of(name, WORDS):
+            message = f"it has '{name}', which nothing reads; did you mean '{meant}'?"
+            raise wrong_declaration(cls, message, f"Write {meant}, or begin a name of your own with _.")
     _check_kinds(cls, vars(cls).get("motion_kinds", {}))
 
 

@@ -7,6 +7,7 @@ Leader and followers: one thread waits for the next deadline; before it acts, an
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -170,7 +171,7 @@ def _tell_failed(watch: SafetyWatch, error: BaseException) -> None:
         logger.log(level, "the safe action of %r waits for its device: %s", watch.label, error, extra=fields)
     elif count == 1:
         logger.exception("the safe action of %r failed", watch.label, extra=fields)
-    elif str(count).rstrip("0") == "1":
+    elif math.log10(count).is_integer():
         logger.error("the safe action of %r has failed %d times", watch.label, count, extra=fields)
 
 

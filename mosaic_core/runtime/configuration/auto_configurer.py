@@ -20,7 +20,7 @@ from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Handler, check_made
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
-from mosaic_core.runtime.configuration.config_loader import check_config, load_config
+from mosaic_core.runtime.configuration.config_loader import check_config, load_config, validate_file
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.folder_problems import folder_problems
 from mosaic_core.runtime.configuration.handler_problems import (
@@ -114,6 +114,12 @@ class AutoConfigurer:
         odd = by_line((*checked.hints, *_hints(connectors, checked.connectors)))
         hints = tuple(one for one in odd if one.path)  # who starts it has an answer to a server that is not named
         return Configured(checked.config, tuple(connectors), self.shared, self.plugins, hints)
+
+    def rehearse_file(self, path: Path | str, *, allow_missing_env: bool = False) -> tuple[Validation, Rehearsal]:
+        """All that a start with this file would refuse: what is written, and what its connectors make of it. Raises
+        :class:`ConfigError` where nothing can be made of the file."""
+        validation = validate_file(path, resolver=self.resolver, allow_missing_env=allow_missing_env)
+        return validation, self.rehearse(validation)
 
     def rehearse(self, validation: Validation) -> Rehearsal:
         """What :meth:`configure` would say of the connectors that have no mistake so far; calls no hook.

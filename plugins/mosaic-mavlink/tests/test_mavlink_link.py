@@ -92,8 +92,18 @@ def test_the_first_that_is_heard_stays_the_one_even_when_it_is_gone(air: Any, co
     air.add("rover", 9)
     air.pass_time(4.0)
     assert contact.vehicle.facts.system_id == 1
-    with pytest.raises(DeviceGone, match="heard instead: system 1, 9"):
+    with pytest.raises(DeviceGone, match="heard instead: system 9"):
         contact.is_there()
+
+
+def test_a_vehicle_that_falls_silent_is_not_named_as_somebody_else(air: Any, copter: FakeAutopilot) -> None:
+    contact = air.contact()
+    air.pass_time(0.5)
+    air.silent.add(1)
+    air.pass_time(4.0)
+    with pytest.raises(DeviceGone, match="it was heard before: check that it is still switched on") as told:
+        contact.is_there()
+    assert "system_id" not in str(told.value)
 
 
 def test_nobody_else_speaks_as_a_vehicle_whose_heart_beats(air: Any, copter: FakeAutopilot) -> None:

@@ -18,8 +18,10 @@ from mosaic_core.messages import JointTarget, Twist
 from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_ros2.bus import kept_publication
+from mosaic_ros2.bus.bus import HeardEndpoint
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import LATCHED, RELIABLE, QosProfile
+from mosaic_ros2.bus.silence import why_unheard
 from mosaic_ros2.cdr.encoding import CdrEncoder
 from mosaic_ros2.connectors.joint_watch import JointWatch
 from mosaic_ros2.connectors.publisher import (
@@ -75,6 +77,34 @@ def test_a_command_that_nobody_hears_is_refused_and_a_standstill_is_published_al
         base.handler.handle_data(Twist.planar(0.3))
     base.handler.make_safe("safety.stop")
     assert len(base.published()) == 1
+
+
+def subscribed(name: str, type_name: str, qos: QosProfile = QosProfile()) -> HeardEndpoint:  # noqa: B008 - frozen
+    return HeardEndpoint(name, type_name, "subscription", qos)
+
+
+@pytest.mark.parametrize(
+    ("endpoints", "what"),
+    [
+        ([], "nobody subscribes to /cmd_vel; start the node that shall take it"),
+        (
+            [subscribed("/cmd_veloc", TWIST)],
+            "nobody subscribes to /cmd_vel; did you mean '/cmd_veloc'?; start the node",
+        ),
+        (
+            [subscribed("/cmd_vel", TRAJECTORY)],
+            f"/cmd_vel is taken as {TRAJECTORY}, not as {TWIST}; publish it as {TRAJECTORY}",
+        ),
+        (
+            [subscribed("/cmd_vel", TWIST, RELIABLE)],
+            "who subscribes to /cmd_vel does not hear it: it is best effort, and reliable is asked for; ask for less",
+        ),
+        ([HeardEndpoint("/cmd_vel", TRAJECTORY, "publisher")], "nobody subscribes to /cmd_vel; start the node"),
+    ],
+)
+def test_who_does_not_hear_a_command_is_told_why(endpoints: list[HeardEndpoint], what: str) -> None:
+    told = why_unheard("/cmd_vel", TWIST, QosProfile(is_reliable=False), endpoints)
+    assert "; ".join(told).startswith(what)
 
 
 def test_a_standstill_that_could_not_be_published_raises_so_that_it_is_tried_again(base: Rig) -> None:

@@ -263,8 +263,8 @@ def test_a_safe_action_that_waits_for_its_device_is_told_once_and_quietly(
         for _ in range(10):
             valve.make_safe("safety.stop")
             stage.turn()
-    told = [(record.levelname, record.getMessage(), record.exc_info) for record in caplog.records]
-    assert told == [("WARNING", "the safe action of 'valve' waits for its device: no valve", None)]
+            told = [(record.levelname, record.getMessage(), record.exc_info) for record in caplog.records]
+            assert told == [("WARNING", "the safe action of 'valve' waits for its device: no valve", None)]
     assert vars(caplog.records[0])["label"] == "valve"
 
 

@@ -99,10 +99,13 @@ class MavlinkLink:
         if now_s - since_s <= vehicle.timeout_s:
             return False
         which = f"system {vehicle.wanted_id}" if vehicle.wanted_id else "any vehicle"
-        raise DeviceGone(f"no heartbeat of {which} on {self.url} for {now_s - since_s:.0f} s", self._cure())
+        raise DeviceGone(f"no heartbeat of {which} on {self.url} for {now_s - since_s:.0f} s", self._cure(vehicle))
 
-    def _cure(self) -> str:
-        heard = ", ".join(map(str, sorted(self._heard)))
+    def _cure(self, vehicle: Vehicle) -> str:
+        its = set() if vehicle.facts is None else {vehicle.facts.system_id}
+        heard = ", ".join(map(str, sorted(self._heard - its)))
+        if its and not heard:
+            return "it was heard before: check that it is still switched on, and the radio or cable to it"
         if self._codec.bad_frames and not heard:
             return "what came is no valid MAVLink: check baud and signing_key"
         if heard:

@@ -18,6 +18,7 @@ from mosaic_core.contract.handler import Refused
 from mosaic_ros2.bus.bus import BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
+from mosaic_ros2.bus.silence import why_unheard
 
 _log = logging.getLogger(__name__)
 
@@ -74,8 +75,8 @@ class KeptPublication:
             raise Refused("plugin.no_device", f"{self.topic} is not open: {self._problem}")
         try:
             if not self._is_heard(publication):
-                cure = "start the node that shall take it"
-                raise Refused("plugin.no_device", f"nobody subscribes to {self.topic}; {cure}")
+                what = why_unheard(self.topic, self._type_name, self._qos, self._shared.joined().endpoints())
+                raise Refused("plugin.no_device", "; ".join(what))
             self._pay(publication)
             self._was_sent = True
             publication.write(data)

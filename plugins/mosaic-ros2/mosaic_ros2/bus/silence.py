@@ -40,6 +40,19 @@ def why_silent(topic: str, where: str, endpoints: Sequence[HeardEndpoint]) -> tu
     return what, "start its node, or correct the name"
 
 
+def why_unheard(topic: str, wanted: str, offered: QosProfile, endpoints: Sequence[HeardEndpoint]) -> tuple[str, str]:
+    """What to tell, and the cure, where nobody hears what is published on ``topic`` as ``wanted``."""
+    subscribed = [one for one in endpoints if one.role == "subscription" and not is_hidden(one.name)]
+    kinds = sorted({one.type for one in subscribed if one.name == topic})
+    if kinds and wanted not in kinds:
+        return f"{topic} is taken as {' and '.join(kinds)}, not as {wanted}", f"publish it as {kinds[0]}"
+    for one in subscribed:
+        if one.name == topic and (reasons := misfits(offered, one.qos)):
+            return f"who subscribes to {topic} does not hear it: {'; '.join(reasons)}", "ask for less there"
+    hint = hint_at(topic, {one.name for one in subscribed} - {topic}).rstrip(".")
+    return f"nobody subscribes to {topic}{hint}", "start the node that shall take it"
+
+
 def why_foreign_services(endpoints: Iterable[HeardEndpoint]) -> str:
     """What to tell of services and actions that can't be called from here, and the cure; nothing of none."""
     names = {

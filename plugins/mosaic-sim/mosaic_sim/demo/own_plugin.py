@@ -5,12 +5,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.runtime.configuration.config_env import masked
 from mosaic_core.runtime.configuration.local_connectors import FOLDER, connectors_in
 from mosaic_core.runtime.configuration.resolver import GROUP
@@ -19,8 +19,6 @@ from mosaic_core.words.errors import ConfigError
 from mosaic_sim.demo.errors import DemoFailed
 
 CONFIG = "mosaic_config.yaml"
-_ALIKE = 0.8
-"""A type so much like one of the plugin's own is meant to be that; what is less alike, another plugin offers."""
 Entry = dict[str, Any]
 """One of ``connectors:`` in a YAML file, its references to the environment masked."""
 
@@ -135,9 +133,9 @@ def _entries(config: Path, types: Mapping[str, str]) -> tuple[OwnEntry, ...]:
         found = OwnEntry(_labelled(one), document, ("connectors", place))
         if kind in types:
             entries.append(found)
-        elif meant := get_close_matches(kind, types, 1, _ALIKE):
+        elif meant := slip_of(kind, types):  # what is less alike, another plugin offers
             where = found.line_of(("type",))
-            raise DemoFailed(f"{where}: the connector type '{kind}' is none of this plugin's", f"write {meant[0]}")
+            raise DemoFailed(f"{where}: the connector type '{kind}' is none of this plugin's", f"write {meant}")
     named = {one.entry["type"] for one in entries}
     return (*entries, *(OwnEntry(_labelled({"type": one})) for one in types if one not in named))
 
