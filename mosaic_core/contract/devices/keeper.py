@@ -90,7 +90,7 @@ class Keeper:
 
     def worked(self) -> None:
         """The device is there: the next failure is a first one again. A turn that returns without having :meth:`failed`
-        says so by that."""
+        says so by that, unless the device was :meth:`lost` meanwhile."""
         self.failures = 0
         self._backoff.reset()
         if self.absence is not None:
@@ -196,12 +196,12 @@ class _KeeperThread(threading.Thread):
     def _failed(self) -> float | None:
         """One turn and its rest; the pause where it failed. What is wrong with it is told, and another one tries again:
         a device shall not be given up for it."""
-        failures = self.keeper.failures
+        failures, absence = self.keeper.failures, self.keeper.absence
         try:
             rest_s = self._turn()
             if not isinstance(rest_s, int | float | None):
                 raise TypeError(f"a turn returns the seconds until the next one, or None, and not {rest_s!r}")
-            if self.keeper.failures == failures:
+            if self.keeper.failures == failures and self.keeper.absence in (None, absence):
                 self.keeper.worked()
             self.wait(rest_s)
         except DeviceGone as gone:

@@ -38,13 +38,12 @@ _LOST = (can.CanError, OSError, ValueError)
 
 
 class KeptCanBus:
-    """One bus. ``failure`` says why it is away, if it is."""
+    """One bus. Its keeper says whether it is away."""
 
     def __init__(self, params: CanBusParams, opens: Opens = opened_bus) -> None:
         """Opens nothing. Raises :class:`MosaicError` for DBC files that can't be used."""
         self.params = params
         self.database = CanDatabase(params.dbc)
-        self.failure: DeviceGone | None = None
         self.error_frames = 0
         self._opens = opens
         self._bus: OpenBus | None = None
@@ -52,7 +51,7 @@ class KeptCanBus:
         self._safe: list[MakesFrame] = []
         self._owed: set[MakesFrame] = set()
         self._lock = threading.RLock()
-        self._keeper = Keeper("can-bus", self._turn, patience_s=CLOSE_TIMEOUT_S, retry=RETRY)
+        self.keeper = Keeper("can-bus", self._turn, patience_s=CLOSE_TIMEOUT_S, retry=RETRY)
 
     # -- for connectors ----------------------------------------------------------------------------------------------
 
@@ -68,9 +67,9 @@ class KeptCanBus:
 
     def require(self) -> None:
         """Raises :class:`DeviceGone` while the bus is away. Any thread."""
-        failure = self.failure
-        if failure is not None:
-            raise DeviceGone(failure.message)
+        absence = self.keeper.absence
+        if absence is not None:
+            raise DeviceGone(absence.message)
 
     def send(self, frame: can.Message) -> None:
         """Send a command now. Any thread; waits at most for 0.05 s, and for one other that waits. Raises
@@ -84,12 +83,13 @@ class KeptCanBus:
         """Send this safe frame now; while the bus is away nothing, for its return begins with it. Safety thread. Raises
         :class:`Refused` where it finds no room: the robot tries again."""
         with self._lock:
-            if self._bus is not None and self.failure is None:
+            if self._bus is not None and self.keeper.absence is None:
                 self._send(frame())
 
     def _send(self, frame: can.Message) -> None:
-        if self._bus is None or self.failure is not None:
-            why = "it is not open yet" if self.failure is None else self.failure.message
+        absence = self.keeper.absence
+        if self._bus is None or absence is not None:
+            why = "it is not open yet" if absence is None else absence.message
             raise Refused("plugin.no_device", f"{self.params.name}: {why}")
         try:
             self._bus.send(frame, timeout=SEND_TIMEOUT_S)
@@ -100,40 +100,35 @@ class KeptCanBus:
     # -- the bus's own thread ----------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
+        self.keeper.stop()
 
     def _turn(self) -> float:
-        if self.open():
-            self._keeper.worked()
-            while not self._keeper.is_stopping and self.step():
-                pass
-            self.close()
-        return self._keeper.failed()
+        self.open()
+        while not self.keeper.is_stopping and self.step():
+            pass
+        self.close()
+        return self.keeper.failed()
 
-    def open(self) -> bool:
-        """Open it and send the safe frames; ``False`` where it can't be, and ``failure`` says why."""
+    def open(self) -> None:
+        """Open it and send the safe frames. Raises :class:`DeviceGone`."""
         try:
             bus = self._opens(self.params, self.database)
-        except Exception as error:  # noqa: BLE001 - its thread must not end: drivers raise whatever comes of their options
-            self._lose(f"{self.params.name} can't be opened: {error}", "is the adapter there, and its interface up?")
-            return False
-        with self._lock:
-            self._bus = bus
-            self._come_back()
-        return True
+        except Exception as error:  # drivers raise whatever comes of their options
+            cure = "is the adapter there, and its interface up?"
+            raise DeviceGone(f"{self.params.name} can't be opened: {error}", cure) from error
+        self._come_back(bus)
 
-    def _come_back(self) -> None:
+    def _come_back(self, bus: OpenBus | None) -> None:
         """It can be used: the safe frames go first."""
-        if self.failure is not None:
-            _log.info("%s is back", self.params.name)
         with self._lock:
-            self.failure = None
             self._owed = set(self._safe)
-            self._pay()
+            self._bus = bus
+        self.keeper.worked()  # without the lock, which a safe action wants
+        self._pay()
 
     def step(self, timeout_s: float = READ_TIMEOUT_S) -> bool:
         """Read one frame and hand it on; ``False`` when the bus is lost."""
@@ -174,13 +169,11 @@ class KeptCanBus:
             self.error_frames += 1
 
     def _restarted(self) -> None:
-        if self.failure is not None:
-            self._come_back()
+        if self.keeper.absence is not None:
+            self._come_back(self._bus)
 
     def _lose(self, message: str, cure: str) -> None:
-        if self.failure is None:
-            _log.warning("%s; %s", message, cure)
-        self.failure = DeviceGone(message, cure)
+        self.keeper.lost(DeviceGone(message, cure))
         for one in self._listeners:
             one.forget()
 
@@ -201,7 +194,7 @@ class KeptCanBus:
         if bus is None:
             return
         try:
-            if self.failure is None:
+            if self.keeper.absence is None:
                 for make in self._safe:
                     bus.send(make(), timeout=SEND_TIMEOUT_S)
         except _LOST as error:

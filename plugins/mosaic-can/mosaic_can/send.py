@@ -53,7 +53,7 @@ class CanSend(DataChannelReceivable[Any]):
         self.timeout_s = SILENCE_S if frame.moves else None
         self.limits = frame.limits()
         self._frame = frame
-        self._bus = bus
+        self._bus, self.keeper = bus, bus.keeper
         if frame.has_safe:
             bus.begins_and_ends_with(frame.safe)
 

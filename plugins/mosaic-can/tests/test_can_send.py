@@ -19,7 +19,7 @@ from mosaic_can.databases import CanDatabase
 from mosaic_can.kept_bus import ERROR_BUS_OFF, ERROR_RESTARTED
 from mosaic_can.send import CanSendConfigurer
 from mosaic_core.testing import Leaves, LosesLease, Silence, Stopped, build, connector, fake_host, feed, joined, until
-from mosaic_core.words.errors import MosaicError, Refused
+from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
 
 SAMPLE = CanDatabase(["sample"])
 COMMAND = SAMPLE.by_name["DriveCommand"]
@@ -63,7 +63,7 @@ SAFE = (0.0, 0.0, 0)
 @pytest.mark.parametrize("end", [Silence(0.6), Leaves(), LosesLease(), Stopped()])
 def test_a_command_is_a_frame_and_its_operators_absence_sends_the_safe_one(opened: CanOnSteps, end: Any) -> None:
     handler = drive(opened)
-    assert opened.bus.open()
+    opened.bus.open()
     fed = feed(handler, [FORWARD, end])
     assert len(fed.accepted) == 1
     first, command, *rest = said(opened.heard())
@@ -73,7 +73,7 @@ def test_a_command_is_a_frame_and_its_operators_absence_sends_the_safe_one(opene
 
 def test_frames_are_counted_in_the_signal_that_counts(opened: CanOnSteps) -> None:
     handler = drive(opened)
-    assert opened.bus.open()
+    opened.bus.open()
     feed(handler, [step for _ in range(20) for step in (FORWARD, Silence(0.05))])
     decoded: list[Any] = [COMMAND.decode(bytes(one.data)) for one in opened.heard()]
     counts = [one["counter"] for one in decoded]
@@ -82,7 +82,7 @@ def test_frames_are_counted_in_the_signal_that_counts(opened: CanOnSteps) -> Non
 
 def test_what_moves_stays_within_the_dbc_file_and_what_does_not_is_refused_beyond_it(opened: CanOnSteps) -> None:
     handler = drive(opened, kinds={"left_mps": "velocity"}, safe={"enabled": False, "right_mps": 0.0})
-    assert opened.bus.open()
+    opened.bus.open()
     fed = feed(
         handler,
         [{"left_mps": 9.0, "right_mps": 0.0}, {"left_mps": 0.0, "right_mps": 1.6}, {"left_mps": 0.1}, b"\xff",
@@ -95,7 +95,7 @@ def test_what_moves_stays_within_the_dbc_file_and_what_does_not_is_refused_beyon
 def test_limits_of_the_robots_file_narrow_and_never_widen_the_range(opened: CanOnSteps) -> None:
     narrow = drive(opened, {"limits": {"left_mps": {"min": -0.3, "max": 0.3}}})
     wide = drive(opened, {"limits": {"left_mps": {"min": -9, "max": 9}}})
-    assert opened.bus.open()
+    opened.bus.open()
     opened.heard()
     feed(narrow, [{"left_mps": 1.0, "right_mps": 0}])
     assert said(opened.heard())[0] == (0.3, 0.0, 1)
@@ -110,29 +110,31 @@ def test_while_the_bus_is_away_for_thirty_seconds_commands_are_refused_and_its_r
     handler = drive(opened)
     fed = feed(handler, [FORWARD])
     assert [one.code for one in fed.refused] == ["plugin.no_device"]
-    assert opened.bus.open()
+    opened.bus.open()
     opened.heard()
     opened.is_plugged_in = False
     assert not opened.bus.step(0.0)
     opened.bus.close()
     for _ in thirty_seconds(fake_host(handler).clock):
-        assert not opened.bus.open()
+        with pytest.raises(DeviceGone, match="can't be opened"):
+            opened.bus.open()
         assert [one.code for one in feed(handler, [FORWARD, Stopped()]).refused] == ["plugin.no_device"]
     opened.is_plugged_in = True
-    assert opened.bus.open()
+    opened.bus.open()
     opened.bus.close()
     assert said(opened.heard()) == [SAFE, SAFE]  # opened, closed
 
 
 def test_after_bus_off_nothing_is_sent_until_it_is_back_and_then_the_safe_frame_first(opened: CanOnSteps) -> None:
     handler = drive(opened)
-    assert opened.bus.open()
+    opened.bus.open()
     opened.heard()
     opened.says(error_frame(0x4))
-    assert (opened.bus.error_frames, opened.bus.failure) == (1, None)
+    assert (opened.bus.error_frames, opened.bus.keeper.absence) == (1, None)
     opened.says(error_frame(ERROR_BUS_OFF))
     fed = feed(handler, [FORWARD, Stopped()])
     assert "bus-off" in fed.refused[0].message
+    assert "bus-off" in str(handler.keeper.absence), "as everybody sees it"
     assert opened.heard() == []
     opened.says(error_frame(ERROR_RESTARTED))
     assert said(opened.heard()) == [SAFE]
@@ -141,16 +143,16 @@ def test_after_bus_off_nothing_is_sent_until_it_is_back_and_then_the_safe_frame_
 
 
 def test_an_adapter_that_says_that_its_controller_is_off_is_opened_again(opened: CanOnSteps) -> None:
-    assert opened.bus.open()
+    opened.bus.open()
     opened.state = can.BusState.ERROR
     assert not opened.bus.step(0.0)
-    assert "bus-off" in str(opened.bus.failure)
+    assert "bus-off" in str(opened.bus.keeper.absence)
 
 
 def test_a_bus_that_takes_nothing_owes_the_safe_frame_and_takes_no_command_before_it(opened: CanOnSteps) -> None:
     handler = drive(opened)
     opened.is_full = True
-    assert opened.bus.open()
+    opened.bus.open()
     assert "safe frames" in feed(handler, [FORWARD]).refused[0].message
     opened.is_full = False
     assert opened.bus.step(0.0)
@@ -162,7 +164,7 @@ def test_a_bus_that_takes_nothing_owes_the_safe_frame_and_takes_no_command_befor
 
 def test_a_safe_frame_that_finds_no_room_at_the_end_is_no_error(opened: CanOnSteps) -> None:
     drive(opened)
-    assert opened.bus.open()
+    opened.bus.open()
     opened.is_full = True
     opened.bus.close()
     opened.bus.close()
@@ -170,7 +172,7 @@ def test_a_safe_frame_that_finds_no_room_at_the_end_is_no_error(opened: CanOnSte
 
 def test_what_moves_nothing_and_has_no_safe_values_has_no_safe_frame(opened: CanOnSteps) -> None:
     handler = drive(opened, kinds={}, fixed={"enabled": True, "left_mps": 0, "right_mps": 0}, safe={}, counter=None)
-    assert opened.bus.open()
+    opened.bus.open()
     fed = feed(handler, [{"counter": 3}, Stopped()])
     assert (len(fed.accepted), handler.timeout_s) == (1, None)
     assert len(opened.heard()) == 1

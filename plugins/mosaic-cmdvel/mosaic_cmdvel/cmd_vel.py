@@ -27,7 +27,7 @@ class CmdVel(DataChannelReceivable[Twist]):
         super().__init__(label)
         self.timeout_s = safety.timeout_s
         self.requires_lease = safety.requires_lease
-        self._drive = drive
+        self._drive, self.keeper = drive, drive.keeper
         self._lock = threading.Lock()
         self._commander: str | None = None
 

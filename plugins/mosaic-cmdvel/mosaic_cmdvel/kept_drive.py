@@ -18,6 +18,7 @@ from mosaic_core.contract.devices.keeper import RETRY, Keeper
 from mosaic_core.contract.handler import Refused
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist
+from mosaic_core.words.errors import DeviceGone
 
 _log = logging.getLogger(__name__)
 
@@ -32,9 +33,8 @@ class KeptDrive:
         self._changed = threading.Condition()
         self._is_open = False
         self._is_lost = False
-        self._has_failed = False
         self._was_applied = False
-        self._keeper = Keeper(f"{label}-drive", self._turn, retry=retry)
+        self.keeper = Keeper(f"{label}-drive", self._turn, retry=retry)
 
     @property
     def is_open(self) -> bool:
@@ -46,12 +46,11 @@ class KeptDrive:
             return self._changed.wait_for(lambda: self._is_open, timeout_s)
 
     def __enter__(self) -> Self:
-        self._has_failed = False
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
+        self.keeper.stop()
 
     def apply(self, twist: Twist) -> None:
         """Hand ``twist`` to the drive. Receiver's thread, one at a time.
@@ -64,7 +63,6 @@ class KeptDrive:
             self._was_applied = True
         try:
             self._drive.apply(twist)
-            self._keeper.worked()
         except Refused:
             raise
         except Exception as error:
@@ -81,12 +79,11 @@ class KeptDrive:
             self._lose(error)
 
     def _lose(self, error: Exception) -> None:
-        """The device failed: log the change, and let the keeper close it and open it again."""
+        """The device failed: the keeper shall close it and open it again."""
         with self._changed:
-            if self._is_open:
-                _log.error("%s: lost the drive: %s: %s; opening it again", self._label, type(error).__name__, error)
-                self._keeper.wake()
-            self._is_open, self._is_lost = False, True
+            was_open, self._is_open, self._is_lost = self._is_open, False, True
+        if was_open:
+            self.keeper.lost(_gone(error))
 
     def _turn(self) -> float:
         """Open the device and wait until it is lost, or the robot ends."""
@@ -94,26 +91,20 @@ class KeptDrive:
             with self._drive:
                 self._drive.stop()  # a controller may still carry out what a crashed program told it
                 self._opened()
-                while not (self._is_lost or self._keeper.wait()):
+                while not (self._is_lost or self.keeper.wait()):
                     pass
                 self._last_stop()
-        except Exception as error:  # noqa: BLE001 - a device may fail in any way; reported and tried again
-            self._open_failed(error)
-        self._has_failed = True
-        return self._keeper.failed()
+        except Exception as error:  # a device may fail in any way
+            with self._changed:
+                self._is_open = False
+            raise _gone(error) from error
+        return self.keeper.failed()
 
     def _opened(self) -> None:
+        self.keeper.worked()
         with self._changed:
             self._is_open, self._is_lost = True, False
             self._changed.notify_all()
-        if self._has_failed:
-            _log.warning("%s: the drive is back", self._label)
-
-    def _open_failed(self, error: Exception) -> None:
-        with self._changed:
-            self._is_open = False
-        if not self._has_failed:
-            _log.error("%s: the drive can't be opened: %s: %s; trying again", self._label, type(error).__name__, error)
 
     def _last_stop(self) -> None:
         """Before closing, also a device that was lost: a command that failed half-way may have set it moving."""
@@ -124,3 +115,7 @@ class KeptDrive:
         except Exception as error:  # noqa: BLE001 - a lost device may take no stop any more; opening it repeats it
             level = logging.DEBUG if self._is_lost else logging.ERROR
             _log.log(level, "%s: the drive did not take the last stop: %r", self._label, error)
+
+
+def _gone(error: Exception) -> DeviceGone:
+    return DeviceGone(f"the drive can't be used: {type(error).__name__}: {error}")

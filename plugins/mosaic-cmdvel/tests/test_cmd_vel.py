@@ -119,6 +119,7 @@ def test_configuring_opens_nothing_and_the_robots_life_opens_and_closes_the_driv
     with shared.entered():
         kept = shared.get("mosaic-cmdvel:cmd_vel", lambda: pytest.fail("the drive is not the robot's"))
         assert isinstance(kept, KeptDrive)
+        assert handler.keeper is kept.keeper, "which says of it when the drive is away"
         assert kept.wait_until_open(IN_TIME_S)
         handler.handle_data(message(0.5), alice)
 

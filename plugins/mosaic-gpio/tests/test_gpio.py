@@ -208,7 +208,7 @@ def test_a_pin_that_fails_for_thirty_seconds_is_refused_until_it_is_opened_again
             wait_for(lambda: feed(handler, [command]).refused and len(tries) > often, "it is tried again and again")
             assert [one.code for one in feed(handler, [command]).refused] == ["plugin.no_device"]
         assert handler._pin.wait_open(OPENS_S)
-        assert handler.keeper.absence is None
+        assert handler._pin.keeper.absence is None
         assert not pin.state
         assert feed(handler, [command]).refused == []
         assert pin.state
@@ -234,7 +234,7 @@ def test_a_pin_that_is_not_there_refuses_with_the_cure_in_the_log(
         while not caplog.records:  # the thread that opens it tells it once
             assert not lamp._pin.wait_open(0.01)
         assert [one.code for one in feed(lamp, [{"value": 1}]).refused] == ["plugin.no_device"]
-        assert lamp.keeper.absence is not None, "and so it is shown to everybody"
+        assert lamp._pin.keeper.absence is not None, "and so it is shown to everybody"
     assert "GPIO27 is in use" in caplog.text
     assert "Give each pin to one connector" in caplog.text
 

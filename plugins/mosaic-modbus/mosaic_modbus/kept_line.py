@@ -48,17 +48,16 @@ def port_of(params: ModbusLineParams) -> ModbusPort:
 
 
 class KeptLine:
-    """One line. ``failure`` says why it is away, if it is."""
+    """One line. Its keeper says whether it is away."""
 
     def __init__(self, params: ModbusLineParams, opens: Opens = port_of) -> None:
         """Opens nothing."""
         self.params = params
-        self.failure: DeviceGone | None = None
         self._opens = opens
         self._port: ModbusPort | None = None
         self._writers: list[SafeValues] = []
         self._turns = Turns()
-        self._keeper = Keeper("modbus-line", self._turn, self.close, CLOSE_TIMEOUT_S, RETRY)
+        self.keeper = Keeper("modbus-line", self._turn, self.close, CLOSE_TIMEOUT_S, RETRY)
 
     @property
     def is_open(self) -> bool:
@@ -107,63 +106,60 @@ class KeptLine:
         with self._turns.taken(urgently=urgently):
             port = self._port
             if port is None:
-                raise DeviceGone(self.failure.message if self.failure else f"{self.params.source} is not open yet")
+                absence = self.keeper.absence
+                raise DeviceGone(absence.message if absence is not None else f"{self.params.source} is not open yet")
             try:
                 return ask(port)
             except OSError as error:
-                self._lose(f"{self.params.source} is lost: {error}", "opening it again")
-                raise DeviceGone(f"{self.params.source} is lost: {error}") from error
+                gone = DeviceGone(f"{self.params.source} is lost: {error}")
+                self._drop()
+                self.keeper.lost(gone)
+                raise gone from error
             except NoAnswer:
                 if "://" in self.params.source:  # what comes late would be taken for the next answer
-                    self._lose(f"{self.params.source} does not answer", "connecting anew")
+                    self._drop()
+                    self.keeper.wake()
                 raise
 
-    def _lose(self, message: str, cure: str) -> None:
-        if self.failure is None:
-            _log.warning("%s; %s", message, cure)
-        self.failure = DeviceGone(message, cure)
+    def _drop(self) -> None:
         port, self._port = self._port, None
         if port is not None:
             port.close()
-        self._keeper.wake()
 
     def wake(self) -> None:
         """A writer could not make its device safe: the line's thread goes on trying."""
-        self._keeper.wake()
+        self.keeper.wake()
 
     # -- the line's own thread ---------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
+        self.keeper.stop()
 
     def _turn(self) -> float | None:
-        if not (self.is_open or self.open()):
-            return self._keeper.failed()
-        self._keeper.worked()
+        if not self.is_open:
+            self.open()
+        self.keeper.worked()
         self.pay()
         if not self.is_open:
             return 0.0
         return OWED_S if any(one.owes for one in self._writers) else None
 
-    def open(self) -> bool:
-        """Open it; every writer owes its safe values. ``False`` where it can't be."""
+    def open(self) -> None:
+        """Open it; every writer owes its safe values. Raises :class:`DeviceGone`."""
         port = self._opens(self.params)
         try:
             port.open()
         except OSError as error:
             port.close()
-            self._lose(f"{self.params.source} can't be opened: {error}", "is it there, and switched on?")
-            return False
-        if self.failure is not None:
-            _log.info("%s is back", self.params.source)
+            cure = "is it there, and switched on?"
+            raise DeviceGone(f"{self.params.source} can't be opened: {error}", cure) from error
         for one in self._writers:
             one.owes = True
-        self._port, self.failure = port, None
-        return True
+        self._port = port
 
     def pay(self) -> None:
         """Write the safe values that are owed; what is not taken is owed further."""
@@ -182,9 +178,7 @@ class KeptLine:
         for one in self._writers:
             self._pay(one)
         with self._turns.taken(urgently=True):
-            port, self._port = self._port, None
-            if port is not None:
-                port.close()
+            self._drop()
 
 
 def shared_line(params: ModbusLineParams, shared: Shared) -> KeptLine:

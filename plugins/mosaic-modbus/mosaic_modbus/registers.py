@@ -55,7 +55,7 @@ class ModbusRegisters(DataChannelSendable[Any]):
 
     def messages(self) -> Iterator[Any]:
         for _ in self.every(1 / self._params.rate_hz):
-            if not self._line.is_open and self._line.failure is None:
+            if not self._line.is_open and self._line.keeper.absence is None:
                 continue  # it is being opened
             values = self._reading()
             if values is not None:

@@ -19,7 +19,7 @@ class SafeWriter:
     write the safe values. While it ``owes`` them, no command is written."""
 
     def __init__(self, line: KeptLine, device_id: int, fields: Mapping[str, WriteField]) -> None:
-        self._line = line
+        self._line, self.keeper = line, line.keeper
         self._device_id = device_id
         self._fields = fields
         self._safe = list(

@@ -65,7 +65,7 @@ class ModbusWrite(DataChannelReceivable[Any]):
         moving = {name: one for name, one in params.fields.items() if one.motion}
         self.timeout_s = SILENCE_S if moving else None
         self.limits = {name: FieldBounds(min=bounds(one)[0], max=bounds(one)[1]) for name, one in moving.items()}
-        self._writer = writer
+        self._writer, self.keeper = writer, writer.keeper
 
     def handle_data(self, data: Message) -> None:
         """Receiver's thread."""

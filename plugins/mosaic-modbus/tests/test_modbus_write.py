@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from typing import Any
 
@@ -22,7 +23,7 @@ from mosaic_core.testing import (
     joined,
     until,
 )
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_modbus.kept_line import KeptLine
 from mosaic_modbus.write import ModbusWriteConfigurer
 
@@ -51,7 +52,7 @@ def on_line(
 
 def opened(line: KeptLine) -> None:
     """As its thread does."""
-    assert line.open()
+    line.open()
     line.pay()
 
 
@@ -125,7 +126,8 @@ def test_a_server_that_is_away_for_thirty_seconds_refuses_commands_and_its_retur
     device.switch_off()
     assert [one.code for one in feed(handler, [COMMAND, Stopped()]).refused] == ["plugin.no_device"]
     for _ in thirty_seconds(fake_host(handler).clock):
-        assert not line.open()
+        with pytest.raises(DeviceGone, match="can't be opened"):
+            line.open()
         assert [one.code for one in feed(handler, [COMMAND, Stopped()]).refused] == ["plugin.no_device"]
     device.asked.clear()
     device.switch_on()
@@ -203,9 +205,13 @@ async def test_a_whole_robot_drives_it_and_ends_with_the_safe_values(device: Mod
         await store.wait_open()
         await until(lambda: store.send_json(COMMAND) and has(WRITTEN))
         device.switch_off()
+        rows = link.robot.snapshot
+        gone = "plugin.no_device"
+        await until(lambda: store.send_json(COMMAND) and rows().connectors[0].failure_code == gone, "it is away")
         device.switch_on()
         found.clear()
-        await until(lambda: store.send_json(COMMAND) and has(WRITTEN), "it is driven again")
+        hand = itertools.cycle([{**COMMAND, "speed_rpm": 0, "current_a": 0}, COMMAND])  # lets go first
+        await until(lambda: store.send_json(next(hand)) and has(WRITTEN), "it is driven again")
         assert found[:2] == SAFE
     found.extend(device.written())
     assert found[-2:] == SAFE

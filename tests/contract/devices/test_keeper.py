@@ -302,3 +302,21 @@ def test_an_absence_that_is_kept_has_the_cure_of_the_error() -> None:
     keeper.lost(DeviceGone("no motor", "plug it in"))
     assert keeper.absence is not None
     assert (str(keeper.absence), keeper.absence.cure) == ("no motor; plug it in", "plug it in")
+
+
+def test_a_turn_in_which_the_device_is_lost_does_not_say_by_its_end_that_it_is_back() -> None:
+    turns = 0
+
+    def turn() -> float | None:
+        nonlocal turns
+        turns += 1
+        if turns == 1:
+            keeper.lost(DeviceGone("pulled out"))
+        return None
+
+    listener, keeper = Listener(), Keeper("motor", turn)
+    keeper.listen(listener)
+    with started(keeper):
+        assert listener.is_there.wait(IN_TIME_S)
+        assert turns == 2
+    assert listener.heard == ["pulled out 0", "back"]

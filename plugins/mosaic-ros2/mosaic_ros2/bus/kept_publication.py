@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Self
 
 from mosaic_core.contract.devices.keeper import RETRY, Keeper
-from mosaic_core.contract.handler import Refused
+from mosaic_core.words.errors import DeviceGone, Refused
 from mosaic_ros2.bus.bus import BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
@@ -24,7 +24,6 @@ _log = logging.getLogger(__name__)
 
 OWED_S = 0.1
 """So often it is looked whether somebody hears what is owed."""
-_NOT_YET = "it is not open yet"
 
 
 class KeptPublication:
@@ -40,15 +39,14 @@ class KeptPublication:
         self._farewell: Callable[[], bytes | None] = lambda: None
         self._was_sent = False
         self._is_owing = False
-        self._problem = _NOT_YET
-        self._keeper = Keeper(f"ros2 {topic}", self._turn, retry=RETRY)
+        self.keeper = Keeper(f"ros2 {topic}", self._turn, retry=RETRY)
 
     def __enter__(self) -> Self:
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
+        self.keeper.stop()
 
     def end_with(self, farewell: Callable[[], bytes | None]) -> None:
         """What makes the robot safe: published last when it ends, and first after a loss, if any command was."""
@@ -72,7 +70,7 @@ class KeptPublication:
         """Publish a command. Raises :class:`Refused` where nobody would hear it."""
         publication = self._publication
         if publication is None:
-            raise Refused("plugin.no_device", f"{self.topic} is not open: {self._problem}")
+            raise Refused("plugin.no_device", self._not_open().message)
         try:
             if not self._is_heard(publication):
                 what = why_unheard(self.topic, self._type_name, self._qos, self._shared.joined().endpoints())
@@ -83,20 +81,25 @@ class KeptPublication:
         except BusError as error:
             self._lose(publication, error)
             raise Refused("plugin.no_device", error.message) from error
-        self._keeper.worked()
 
     def send_whatever(self, data: bytes) -> None:
-        """Publish what brings the robot into a safe state, heard or not. Raises :class:`BusError`: to be tried
-        again."""
+        """Publish what brings the robot into a safe state, heard or not. Raises :class:`DeviceGone`, or
+        :class:`Refused` where there is no room for it: to be tried again."""
         publication = self._publication
         if publication is not None:
             try:
                 publication.write(data)
+            except NotTaken as error:
+                raise Refused("plugin.no_device", error.message) from error
             except BusError as error:
                 self._lose(publication, error)
                 raise
-        elif self._is_owing and not self._keeper.is_stopping:
-            raise BusError(f"{self.topic} is not open: {self._problem}")
+        elif self._is_owing and not self.keeper.is_stopping:
+            raise self._not_open()
+
+    def _not_open(self) -> DeviceGone:
+        absence = self.keeper.absence
+        return DeviceGone(f"{self.topic} is not open{f': {absence.message}' if absence is not None else ' yet'}")
 
     def _is_heard(self, publication: Publication) -> bool:
         return self._qos.is_latched or publication.readers > 0
@@ -118,46 +121,41 @@ class KeptPublication:
         if isinstance(error, NotTaken):
             return
         with self._changed:
-            if self._publication is publication:
-                _log.error("lost the publication on %s: %s; opening it again", self.topic, error)
-                self._publication, self._problem = None, error.message
-                self._is_owing = self._was_sent
-                self._keeper.wake()
+            if self._publication is not publication:
+                return
+            self._publication = None
+            self._is_owing = self._was_sent
+        self.keeper.lost(error)
 
     def _turn(self) -> float:
         """Open it and wait until it is lost, or the robot ends."""
-        opened = self._opened()
-        if opened is not None:
-            self._attend(opened)
-            self._end(opened)
-        return self._keeper.failed()
+        publication = self._opened()
+        self._attend(publication)
+        self._end(publication)
+        return self.keeper.failed()
 
-    def _opened(self) -> Publication | None:
+    def _opened(self) -> Publication:
         try:
             return self._shared.joined().publish(self.topic, self._type_name, self._qos)
-        except Exception as error:  # noqa: BLE001 - its thread must not end: middlewares raise whatever comes of a network
-            with self._changed:
-                if self._problem != str(error):
-                    self._problem = str(error)
-                    _log.error("can't publish on %s: %s; trying again", self.topic, error)
-            return None
+        except Exception as error:  # middlewares raise whatever comes of a network
+            raise DeviceGone(str(error)) from error
 
     def _attend(self, publication: Publication) -> None:
+        self.keeper.worked()
         with self._changed:
-            if self._problem != _NOT_YET:
-                _log.warning("%s is open now", self.topic)
-            self._publication, self._problem = publication, _NOT_YET
+            self._publication = publication
             self._changed.notify_all()
-        while self._publication is publication and not self._keeper.wait(OWED_S if self._is_owing else None):
+        while self._publication is publication and not self.keeper.wait(OWED_S if self._is_owing else None):
             try:
                 self._pay(publication)
+                self.keeper.worked()  # whoever found it gone may have meant one that was closed
             except BusError as error:
                 self._lose(publication, error)
         self._publication = None  # first: no command begins after the last message
 
     def _end(self, publication: Publication) -> None:
         try:
-            if self._keeper.is_stopping and self._was_sent:
+            if self.keeper.is_stopping and self._was_sent:
                 self._say_last(publication)
         except BusError as error:
             _log.error("the last message on %s was not taken: %s", self.topic, error)

@@ -28,7 +28,7 @@ class RosPublisher(DataChannelReceivable[T], Generic[T]):
 
     def __init__(self, label: str, publication: KeptPublication, encoder: CdrEncoder) -> None:
         super().__init__(label)
-        self.publication = publication
+        self.publication, self.keeper = publication, publication.keeper
         self._encoder = encoder
         publication.end_with(self._safe_message)
 
