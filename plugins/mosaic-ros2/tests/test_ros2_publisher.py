@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from typing import Any
 
@@ -349,3 +350,15 @@ def test_joint_states_of_a_node_tell_where_an_arm_is(node: RosNode, here: dict[s
             states.write({"name": ["a"], "position": [0.75]})
             time.sleep(0.02)
         assert handler.reported_position("a") == 0.75
+
+
+async def test_joints_that_can_not_be_watched_are_told_and_watched_once_they_can(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level(logging.INFO)
+    bus = MemoryBus(FakeClock())
+    bus.fails = True
+    with JointWatch(SharedMemoryBus(bus), "/joint_states"):
+        await until(lambda: "ros2 /joint_states: can't watch /joint_states: the bus is away" in caplog.text)
+        bus.fails = False
+        await until(lambda: "ros2 /joint_states: the device is back" in caplog.text)
