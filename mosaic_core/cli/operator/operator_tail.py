@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +16,10 @@ from mosaic_core.cli.operator.operator_session import connected, store_of, until
 from mosaic_core.cli.terminal.error_report import FINE
 from mosaic_core.contract.sound import Sound
 from mosaic_core.operator import MediaStreamStore, MosaicOperator, ReceivableStore, Received, SoundStore
+from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.stores.channel_plan import naming
+from mosaic_core.words.codes import reason
+from mosaic_core.words.control import DeliveryRow
 from mosaic_core.words.data_type import MosaicDataType
 
 SILENCE_S = 5.0
@@ -37,20 +40,23 @@ class Tail:
         with naming(MosaicDataType.JSON_R2U):
             connection = await connected(operator, self.robot, self.label, self.data_type)
             store = store_of(operator, connection, self.label, self.data_type)
-        if isinstance(store, MediaStreamStore):
-            if connection.is_original:
-                await store.wait_open()  # one that it does not have never comes, and is said at once
-            return await until_closed(connection, self._watch(store))
-        if isinstance(store, ReceivableStore):
-            with _doubt(store) if connection.is_original else nullcontext():
-                return await until_closed(connection, self._listen(store))
-        if isinstance(store, SoundStore):
-            return await until_closed(connection, self._hear(store))
+        with failures_told(connection.delivery, self.label):
+            if isinstance(store, MediaStreamStore):
+                if connection.is_original:
+                    await store.wait_open()  # one that it does not have never comes, and is said at once
+                return await until_closed(connection, self._watch(store))
+            if isinstance(store, ReceivableStore):
+                with _doubt(store) if connection.is_original else nullcontext():
+                    return await until_closed(connection, self._listen(store))
+            if isinstance(store, SoundStore):
+                return await until_closed(connection, self._hear(store))
         raise wrong_way(self.label, "sends nothing; use `mosaic operator send`")
 
     async def _listen(self, store: ReceivableStore) -> int:
         left = self.count
         async for received in store.messages():
+            if received.info.is_latched and not self.as_json:
+                _hint(f"the robot has kept this one for {received.info.age_s or 0.0:.0f} s:")
             typer.echo(_as_json(self.label, received) if self.as_json else _as_text(received.data))
             left = None if left is None else left - 1
             if left == 0:
@@ -89,6 +95,36 @@ class Tail:
 
 
 @contextmanager
+def failures_told(delivery: DeliveryWatcher, label: str) -> Iterator[None]:
+    """Says on stderr when the connector fails on its robot, why, and when it is back."""
+    told: str | None = None
+
+    def reported(rows: Mapping[str, DeliveryRow]) -> None:
+        nonlocal told
+        row = rows.get(label)
+        code = None if row is None else row.failure_code
+        if code == told:
+            return
+        if code is not None and row is not None:
+            why = reason(code)
+            again = f"; tried again in {row.tries_again_in_s:.0f} s" if row.tries_again_in_s is not None else ""
+            _hint(f"{label!r} has failed: {why.sentence} ({code}){again}. {why.cure}")
+        else:
+            _hint(f"{label!r} is back")
+        told = code
+
+    end = delivery.watch(reported)
+    try:
+        yield
+    finally:
+        end()
+
+
+def _hint(text: str) -> None:
+    typer.secho(text, err=True, fg=typer.colors.YELLOW)
+
+
+@contextmanager
 def _doubt(store: ReceivableStore) -> Iterator[None]:
     """An original robot says nothing of a label that it does not have: its silence is mentioned once."""
 
@@ -96,7 +132,7 @@ def _doubt(store: ReceivableStore) -> Iterator[None]:
         if store.latest is None:
             label = store.robot_connector.connector_id
             hint = "an original robot leaves a label that it does not have unread; compare it with its YAML file"
-            typer.secho(f"nothing came on {label!r} in {SILENCE_S:.0f} s: {hint}", err=True, fg=typer.colors.YELLOW)
+            _hint(f"nothing came on {label!r} in {SILENCE_S:.0f} s: {hint}")
 
     timer = asyncio.get_running_loop().call_later(SILENCE_S, mention)
     try:

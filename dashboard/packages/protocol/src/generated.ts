@@ -923,7 +923,7 @@ export const REASONS = {
   'plugin.name': { sentence: "A new plugin can't be written under this name.", cure: 'Choose another name.' },
   'plugin.not_found': { sentence: 'There is no such plugin to examine.', cure: 'Name an installed distribution, a connector type, or the folder of a plugin.' },
   'plugin.wrong_message': { sentence: "The connector's handler sends something else than its class declares.", cure: "Let it send what it declares, or declare what it sends; the robot's log names class, line and fields." },
-  'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: 'Plug it in, and see whether another program holds it.' },
+  'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: "See that it is there, switched on and reachable, and that no other program holds it; the robot's log says more." },
   'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
   'plugin.blocks_loop': { sentence: "Code of a connector holds up the robot's event loop, which all operators and connectors share.", cure: 'In an `async def` write `await` and `async for`; or write a `def`, which has a thread of its own.' },
