@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import threading
 import time
 from typing import Any
 
@@ -18,7 +20,7 @@ from mosaic_core.messages import JointTarget, Twist
 from mosaic_core.testing import FakeClock, Leaves, LosesLease, Silence, Stopped, build, feed, until
 from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_ros2.bus import kept_publication
-from mosaic_ros2.bus.bus import HeardEndpoint
+from mosaic_ros2.bus.bus import BusError, HeardEndpoint
 from mosaic_ros2.bus.kept_publication import KeptPublication
 from mosaic_ros2.bus.qos import LATCHED, RELIABLE, QosProfile
 from mosaic_ros2.bus.silence import why_unheard
@@ -349,3 +351,30 @@ def test_joint_states_of_a_node_tell_where_an_arm_is(node: RosNode, here: dict[s
             states.write({"name": ["a"], "position": [0.75]})
             time.sleep(0.02)
         assert handler.reported_position("a") == 0.75
+
+
+class Quiet:
+    """A subscription to which nothing comes."""
+
+    def take(self, wait_s: float) -> list[Any]:
+        threading.Event().wait(wait_s)
+        return []
+
+    def close(self) -> None: ...
+
+
+async def test_joints_that_can_not_be_watched_are_told_and_watched_once_they_can(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    caplog.set_level(logging.INFO)
+    bus, errors = MemoryBus(FakeClock()), [BusError("the bus is away")]
+
+    def subscribe(*_: Any) -> Quiet:
+        if errors:
+            raise errors.pop()
+        return Quiet()
+
+    monkeypatch.setattr(bus, "subscribe", subscribe)
+    with JointWatch(SharedMemoryBus(bus), "/joint_states"):
+        await until(lambda: "ros2 /joint_states: the device is back" in caplog.messages)
+    assert "can't watch /joint_states: the bus is away" in caplog.messages[0]

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from typing import Self
 
 from mosaic_core.contract.devices.keeper import Keeper
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import DeviceGone, MosaicError
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
 from mosaic_ros2.cdr.decoding import Decoder
 from mosaic_ros2.conversion.joints import positions_in
 
-_log = logging.getLogger(__name__)
-
 TYPE = "sensor_msgs/msg/JointState"
 FRESH_S = 1.0
 """What is older is no position any more."""
-RETRY_S = 2.0
 WAKE_S = 0.2
 
 
@@ -30,7 +26,6 @@ class JointWatch:
         self._shared = shared
         self._topic = topic
         self._known: tuple[float, dict[str, float]] = (float("-inf"), {})
-        self._told = ""
         self._keeper = Keeper(f"ros2 {topic}", self._turn)
 
     def positions(self) -> dict[str, float]:
@@ -49,15 +44,14 @@ class JointWatch:
         try:
             self._read()
         except MosaicError as error:
-            if self._told != str(error):
-                self._told = str(error)
-                _log.error("can't watch %s: %s; trying again", self._topic, error)
-        return RETRY_S
+            raise DeviceGone(f"can't watch {self._topic}: {error}") from error
+        return 0.0
 
     def _read(self) -> None:
         """Best effort: joint states come often, and such a subscription hears every publisher."""
         decoder = Decoder(self._shared.book, TYPE)
         subscription = self._shared.joined().subscribe(self._topic, TYPE, QosProfile(is_reliable=False, depth=1))
+        self._keeper.worked()
         try:
             while not self._keeper.is_stopping:
                 for arrived in subscription.take(WAKE_S):
