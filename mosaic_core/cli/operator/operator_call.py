@@ -13,6 +13,7 @@ from mosaic_core.cli.operator.operator_session import connected, until_closed
 from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.operator.stores.channel_plan import check_answers
+from mosaic_core.operator.stores.request_caller import RequestRefused
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -46,12 +47,17 @@ class Call:
             raise
 
     async def _ask(self, connection: RobotConnection) -> int:
-        answer = await connection.request(
-            self.label,
-            self.question,
-            timeout_s=self.timeout_s,
-            on_progress=lambda value: typer.echo(_line(value), err=True),
-        )
+        try:
+            answer = await connection.request(
+                self.label,
+                self.question,
+                timeout_s=self.timeout_s,
+                on_progress=lambda value: typer.echo(_line(value), err=True),
+            )
+        except RequestRefused as refused:
+            if refused.code == "channel.invalid":
+                refused.cure = f"`mosaic operator call {self.robot!r} {self.label} --schema` shows what may be asked."
+            raise
         typer.echo(_line(answer) if self.as_json else json.dumps(answer, indent=2, ensure_ascii=False))
         return FINE
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from mosaic_camera.grabbed import Grabbed, WantedSource
 from mosaic_camera.grabber import Grabber
 from mosaic_camera.pattern import TestPattern, TestPatternParams
-from mosaic_camera.source import is_device, may_have_packets, open_source, shown
+from mosaic_camera.source import is_device, may_have_packets, meant_scheme, open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
 from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
@@ -72,6 +72,13 @@ class CameraParams(EncodingParams):
         "encoder too, whose bit rate follows nobody's network. `never`: always encode. What exceeds `max_bitrate_bps` "
         "is encoded anew.",
     )
+
+    @field_validator("source")
+    @classmethod
+    def _is_known_address(cls, source: int | str) -> int | str:
+        if meant := meant_scheme(source):
+            raise ValueError(f"no camera speaks {str(source).partition(':')[0]}://; did you mean {meant}://?")
+        return source
 
 
 class Camera(MediaTrackHandler):

@@ -29,7 +29,7 @@ _STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt", "tcp", "udp"}
 _LOGIN = re.compile(r"(?<=://)(?:[^/\s:@]*:(?!\d+/)\S*|[^/\s]*)@")
 """Up to the last ``@`` before the path, and beyond a slash where a password seems to hold one: what was not escaped is
 nobody's to read, either."""
-_SCHEMES = {*_STREAM_SCHEMES, "http", "https"}
+_SCHEMES = {*_STREAM_SCHEMES, "http", "https", "file", "ftp", "mms", "mmsh", "rtmpe", "rtmps", "rtmpt", "rtp", "sftp"}
 
 
 class Source(Protocol):
@@ -144,13 +144,18 @@ def _opened_url(url: str) -> Source:
     return CaptureSource(capture, is_live=capture.get(cv2.CAP_PROP_FRAME_COUNT) <= 0)
 
 
+def meant_scheme(source: int | str) -> str | None:
+    """What the scheme of an address was meant to be, where it is none that is known."""
+    scheme, is_address, _ = str(source).partition("://")
+    return nearest(scheme, _SCHEMES) if is_address and scheme.lower() not in _SCHEMES else None
+
+
 def _not_opened(url: str) -> SourceError:
     """With the reason, which OpenCV keeps to itself."""
     from mosaic_camera.packet_source import why_not  # loads PyAV
 
     what = ": ".join(filter(None, (f"no video from {shown(url)}", why_not(url))))
-    scheme = urlsplit(url).scheme
-    meant = None if scheme in _SCHEMES else nearest(scheme, _SCHEMES)
+    meant = meant_scheme(url)
     known = "check that the address, user and password play in `ffplay`"
     return SourceError(what, f"did you mean {meant}://?" if meant else known)
 

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
+from mosaic_camera.camera import CameraParams
 from mosaic_camera.grabbed import WantedSource
 from mosaic_camera.marks import read_marks
 from mosaic_camera.source import CaptureSource, is_device, open_source, shown
@@ -149,3 +151,23 @@ def test_passwords_are_never_shown(source: int | str, told: str) -> None:
 
 def test_numbers_and_dev_paths_are_devices() -> None:
     assert [is_device(source) for source in (0, "1", "/dev/video0", "a.mp4", "rtsp://x")] == [True] * 3 + [False] * 2
+
+
+@pytest.mark.parametrize(
+    ("source", "meant"),
+    [
+        ("rtps://10.0.0.5/1", "rtsp"),
+        ("htpp://10.0.0.5/1", "http"),
+        ("RTSP://10.0.0.5/1", None),
+        ("rtp://10.0.0.5:5004", None),
+        ("acme+stream://10.0.0.5", None),
+        ("/dev/video0", None),
+        (0, None),
+    ],
+)
+def test_a_scheme_that_is_a_slip_is_told_before_anything_starts(source: int | str, meant: str | None) -> None:
+    if meant is None:
+        assert CameraParams(source=source).source == source
+    else:
+        with pytest.raises(ValidationError, match=f"did you mean {meant}s?://"):
+            CameraParams(source=source)

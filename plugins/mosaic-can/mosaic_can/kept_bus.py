@@ -8,6 +8,7 @@ may still carry out what a crashed program told it.
 from __future__ import annotations
 
 import logging
+import re
 import threading
 from collections.abc import Callable
 from typing import Self
@@ -118,8 +119,7 @@ class KeptCanBus:
         try:
             bus = self._opens(self.params, self.database)
         except Exception as error:  # drivers raise whatever comes of their options
-            cure = "is the adapter there, and its interface up?"
-            raise DeviceGone(f"{self.params.name} can't be opened: {error}", cure) from error
+            raise DeviceGone(f"{self.params.name} can't be opened: {error}", _cure_of(error)) from error
         self._come_back(bus)
 
     def _come_back(self, bus: OpenBus | None) -> None:
@@ -203,6 +203,12 @@ class KeptCanBus:
             bus.shutdown()
         except _LOST as error:
             _log.debug("%s: %s", self.params.name, error)
+
+
+def _cure_of(error: Exception) -> str:
+    """python-can leaves out what only one of its interfaces needs, and says so when that one is opened."""
+    missing = re.search(r"([\w-]+) not installed", str(error))
+    return f"pip install {missing[1]}" if missing else "is the adapter there, and its interface up?"
 
 
 def shared_bus(params: CanBusParams, shared: Shared) -> KeptCanBus:

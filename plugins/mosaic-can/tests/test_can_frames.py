@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from support.devices.can_steps import BATTERY_ID, STATE_ID, CanOnSteps, losses
 
 from mosaic_can.frames import CanFramesConfigurer
+from mosaic_can.kept_bus import KeptCanBus
 from mosaic_can.listener import CanListener
-from mosaic_can.params import MAX_ID, MAX_STANDARD_ID, CanFilter
+from mosaic_can.opening import OpenBus
+from mosaic_can.params import MAX_ID, MAX_STANDARD_ID, CanBusParams, CanFilter
 from mosaic_core.testing import build, collect, connector, fake_host, joined
 from mosaic_core.words.errors import ConfigError, DeviceGone, MosaicError
 
@@ -117,3 +119,12 @@ def test_two_connectors_that_describe_one_bus_differently_are_told(steps: CanOnS
 def test_what_cannot_be_meant_is_refused_at_once(params: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         build(CanFramesConfigurer, params=params)
+
+
+def test_a_module_that_an_interface_lacks_is_the_cure() -> None:
+    def lacks(*_: object) -> OpenBus:
+        raise can.CanInterfaceNotImplementedError("msgpack not installed")
+
+    bus = KeptCanBus(CanBusParams(interface="virtual", channel="0"), lacks)
+    with pytest.raises(DeviceGone, match="msgpack not installed; pip install msgpack"):
+        bus.open()

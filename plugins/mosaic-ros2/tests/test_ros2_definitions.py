@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from mosaic_core.testing import build
+from mosaic_core.words.errors import ConfigError
+from mosaic_ros2.connectors.topic import Ros2TopicConfigurer
 from mosaic_ros2.definitions.bundled import DISTRIBUTIONS, bundled
 from mosaic_ros2.definitions.definition import (
     DefinitionError,
@@ -147,3 +151,16 @@ def test_a_message_that_contains_itself_is_refused(tmp_path: Path) -> None:
     (tmp_path / "acme" / "msg" / "Tree.msg").write_text("Tree[] children")
     with pytest.raises(DefinitionError, match="contains itself"):
         TypeBook([tmp_path], shares=()).closure("acme/Tree")
+
+
+@pytest.mark.parametrize(
+    ("kind", "refused"),
+    [("nav_msgs/msg/Odometri", True), ("acme_msgs/msg/Odometri", False), ("nav_msgs/msg/Tides", False)],
+)
+def test_a_slip_in_a_bundled_package_is_refused_before_the_robot_starts(kind: str, refused: bool) -> None:
+    make = partial(build, Ros2TopicConfigurer, params={"topic": "/odom", "type": kind})
+    if refused:
+        with pytest.raises(ConfigError, match="did you mean 'nav_msgs/msg/Odometry'"):
+            make()
+    else:
+        assert make().label == "under_test", "its publisher may tell it"

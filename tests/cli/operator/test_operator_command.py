@@ -157,6 +157,7 @@ class TestWithARobot:
         ("label", "question", "says"),
         [
             ("survey", '{"duration_s": 21}', "duration_s"),
+            ("survey", '{"duration_s": 21}', "cure: `mosaic operator call 'Test robot' survey --schema` shows"),
             (
                 "host",
                 "{}",

@@ -93,7 +93,7 @@ class MavlinkVelocity(DataChannelReceivable[Twist]):
         self._guard.check(facts)
         wanted = guided_mode(facts.kind)
         if facts.mode != wanted:
-            raise Refused("mavlink.wrong_mode", f"the vehicle is in {facts.mode}; ask for the mode {wanted} first")
+            raise Refused("mavlink.wrong_mode", f"the vehicle is in {facts.mode}, and takes this in {wanted}")
         if data.angular.x or data.angular.y:
             raise Refused("mavlink.no_such_axis", "a vehicle turns around z alone; leave angular.x and angular.y out")
         message = velocity_message(data)

@@ -15,6 +15,7 @@ from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
+from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_ros2.bus.bus import Arrived
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.cdr.cursor import CdrError
@@ -129,6 +130,8 @@ class Ros2TopicConfigurer(DataChannelConfigurer[Ros2TopicParams]):
         if conversion is None and self.params.type is not None:
             try:
                 message = model_of(shared.book, self.params.type, is_command=False)
-            except DefinitionError:
-                message = None  # its publisher may tell it; else the connector says so
+            except DefinitionError as unknown:
+                if shared.book.is_slip(self.params.type):
+                    raise ConfigError([Problem(str(unknown))]) from unknown
+                # Else its publisher may tell it; or the connector says that nobody does.
         return topic_class(message, conversion)(self.label, self.params, shared)

@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.words.errors import hint_at
 from mosaic_ros2.definitions.bundled import bundled
 from mosaic_ros2.definitions.definition import Definition, DefinitionError, full_name
@@ -57,6 +58,12 @@ class TypeBook:
         except DefinitionError:
             return False
         return True
+
+    def is_slip(self, name: str) -> bool:
+        """Whether an unknown message is almost called like one of the same package that is bundled."""
+        package, _, own = full_name(name).rpartition("/")
+        beside = {one.rpartition("/")[2] for one in self._bundled if one.rpartition("/")[0] == package}
+        return slip_of(own, beside) is not None
 
     def find(self, name: str) -> Definition:
         """The definition of this message. Raises :class:`DefinitionError`."""
