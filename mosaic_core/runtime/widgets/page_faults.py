@@ -25,7 +25,8 @@ _NODE_SAYS = re.compile(r"^\[stdin\]:(\d+)$.*?^SyntaxError: (.*?)$", re.MULTILIN
 
 @dataclass(frozen=True, slots=True)
 class PageFault:
-    """``line``: of the module's file, where one is to blame; ``message``: a verb and what belongs to it."""
+    """A reason why the page can't load a module. ``line``: of its file, where one is to blame; ``message``: a verb and
+    what belongs to it."""
 
     line: int | None
     message: str

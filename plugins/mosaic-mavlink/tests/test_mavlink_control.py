@@ -96,6 +96,17 @@ def test_a_vehicle_that_is_away_is_no_device(air: Any) -> None:
     assert refused.value.code == "plugin.no_device"
 
 
+def test_a_link_that_is_lost_takes_all_who_command_over_it_away(air: Any, copter: FakeAutopilot) -> None:
+    guided(copter, air)
+    base, sticks = velocity(air), manual(air)
+    air.broken = OSError(5, "Input/output error")
+    with pytest.raises(Refused, match="opening it again"):
+        base.handle_data(Twist.planar(1.0), ALICE)
+    for one in (base, sticks):
+        assert one.keeper is not None
+        assert "is lost: [Errno 5] Input/output error" in str(one.keeper.absence)
+
+
 def test_axes_that_it_does_not_have_are_refused(air: Any, copter: FakeAutopilot) -> None:
     guided(copter, air)
     with pytest.raises(Refused, match="turns around z alone"):

@@ -176,11 +176,13 @@ def test_a_serial_line_carries_it_too() -> None:
 def test_a_host_that_can_not_be_reached_is_told() -> None:
     params = VehicleParams(url=f"tcp:127.0.0.1:{free_port()}")
     link = MavlinkLink(params)
-    assert not link.open()
-    with pytest.raises(
-        DeviceGone, match=r"tcp 127\.0\.0\.1:\d+ can't be opened: Connection refused; start the simulator"
-    ):
-        link.require(link.vehicle(params))
+    told = r"tcp 127\.0\.0\.1:\d+ can't be opened: Connection refused; start the simulator"
+    with pytest.raises(DeviceGone, match=told):
+        link.open()
+    with link:
+        wait_for(lambda: link.keeper.absence, "its thread has tried, too")
+        with pytest.raises(DeviceGone, match=told):
+            link.require(link.vehicle(params))
 
 
 class WillingAutopilot(FakeAutopilot):

@@ -74,7 +74,7 @@ class MavlinkManual(DataChannelReceivable[ManualControl]):
         super().__init__(label)
         self.timeout_s = safety.timeout_s
         self.requires_lease = safety.requires_lease
-        self._contact = contact
+        self._contact, self.keeper = contact, contact.link.keeper
         self._guard = LossGuard(contact, params, safety.timeout_s)
 
     def handle_data(self, data: ManualControl, sender: Sender) -> None:

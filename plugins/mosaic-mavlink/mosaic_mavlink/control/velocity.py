@@ -81,7 +81,7 @@ class MavlinkVelocity(DataChannelReceivable[Twist]):
         super().__init__(label)
         self.timeout_s = safety.timeout_s
         self.requires_lease = safety.requires_lease
-        self._contact = contact
+        self._contact, self.keeper = contact, contact.link.keeper
         self._guard = LossGuard(contact, params, safety.timeout_s)
 
     def handle_data(self, data: Twist, sender: Sender) -> None:

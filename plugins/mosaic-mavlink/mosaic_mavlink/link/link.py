@@ -54,10 +54,9 @@ class MavlinkLink:
         self._sources: dict[Vehicle, Source] = {}
         self._heard: set[int] = set()
         self._port: Port | None = None
-        self._error: OSError | DeviceGone | None = None
         self._opened_s = clock()
         self._writes = threading.Lock()
-        self._keeper = Keeper("mavlink-link", self._turn, patience_s=CLOSE_TIMEOUT_S)
+        self.keeper = Keeper("mavlink-link", self._turn, patience_s=CLOSE_TIMEOUT_S)
         self._beat_s = self._window_s = float("-inf")
         self._window_bytes: dict[bool, int] = {}
         self.flood_bytes = 0
@@ -90,9 +89,9 @@ class MavlinkLink:
     def require(self, vehicle: Vehicle) -> bool:
         """Whether ``vehicle`` is there; ``False`` while it may still be heard. Any thread. Raises :class:`DeviceGone`
         that says what was heard instead."""
-        error, now_s = self._error, self.now_s()
-        if error is not None:
-            raise error if isinstance(error, DeviceGone) else DeviceGone(f"{self.url} is lost: {error}")
+        absence, now_s = self.keeper.absence, self.now_s()
+        if absence is not None:
+            raise DeviceGone(absence.message)
         if vehicle.is_present(now_s):
             return True
         since_s = max(self._opened_s, vehicle.facts.heard_at_s if vehicle.facts is not None else 0.0)
@@ -125,61 +124,57 @@ class MavlinkLink:
         return self._write(self._codec.packed(name, {**target, **fields}), self._sources.get(vehicle))
 
     def _write(self, frame: bytes, to: Source) -> bool:
-        with self._writes:
-            if self._port is None:
-                return False
-            try:
+        try:
+            with self._writes:
+                if self._port is None:
+                    return False
                 self._port.write(frame, to)
-            except OSError as error:
-                self._error = error  # the link's thread opens it anew
-                return False
-            return True
+        except OSError as error:
+            self._lose(error)
+            return False
+        return True
+
+    def _lose(self, error: OSError) -> None:
+        """The link's thread opens it anew."""
+        self.keeper.lost(DeviceGone(f"the MAVLink link {self.url} is lost: {error}"))
 
     def __enter__(self) -> Self:
-        self._error = None
         self._opened_s = self.now_s()
-        self._keeper.start()
+        self.keeper.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         ends_s = time.monotonic() + LAST_ORDERS_S
         while any(one.is_insisting for one in self._vehicles.values()) and time.monotonic() < ends_s:
             time.sleep(READ_TIMEOUT_S)
-        self._keeper.stop()
+        self.keeper.stop()
 
     # -- the link's own thread --
 
     def _turn(self) -> float:
-        if self.open():
-            self._keeper.worked()
-            self._attend()
-        return self._keeper.failed()
+        self.open()
+        self._attend()
+        return self.keeper.failed()
 
-    def open(self) -> bool:
-        """Open the port; ``False`` where it can't be, and the reason is kept for :meth:`require`."""
-        try:
-            port = self._opens(link_address(self.url), self.params.baud)
-        except DeviceGone as error:
-            self._error = error
-            return False
+    def open(self) -> None:
+        """Open the port. Raises :class:`DeviceGone`."""
+        port = self._opens(link_address(self.url), self.params.baud)
         with self._writes:
             self._port = port
-        self._error, self._opened_s = None, self.now_s()
-        return True
+        self._opened_s = self.now_s()
+        self.keeper.worked()
 
     def _attend(self) -> None:
         assert self._port is not None
         try:
-            while not self._keeper.is_stopping and self._error is None:
+            while not self.keeper.is_stopping and self.keeper.absence is None:
                 self.step()
         except OSError as error:
-            self._error = error
+            self._lose(error)
         finally:
             with self._writes:
                 self._port.close()
                 self._port = None
-            if self._error is not None:
-                _log.warning("MAVLink link %s is lost: %s; opening it again", self.url, self._error)
 
     def step(self) -> None:
         """Read what has come, and send what is due. Raises :class:`OSError` when the port is lost."""
