@@ -27,6 +27,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
     WithHandlers,
     body_problems,
     delivery_problems,
+    encoding_problems,
     label_problems,
     widget_problems,
 )
@@ -168,6 +169,7 @@ def _connectors(
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
             problems += request_problems(one, handlers)
+            problems += encoding_problems(one, handlers)
             problems += widget_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:

@@ -9,9 +9,11 @@ from typing import Any, TypeAlias, TypeVar
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, MediaTrackHandler
+from mosaic_core.contract.handler import AudioTrackHandler, DataChannelReceivable, Handler, MediaTrackHandler
+from mosaic_core.contract.media import EncodingParams
 from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
 from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.mistakes.choices import real_place
@@ -53,6 +55,20 @@ def body_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Itera
             kind = type(handler).__name__
             message = f"{message}, and {kind} has no {name}: nothing reads them"
             yield one.broken(message, cure=f"write {words} in {kind}", at=code_of(type(handler)))
+
+
+def encoding_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """A camera or a microphone whose params say how it is encoded, and which never takes them: what the file says of
+    that would do nothing."""
+    for params, base in ((EncodingParams, MediaTrackHandler), (SoundEncoding, AudioTrackHandler)):
+        its = [handler for handler in handlers if isinstance(handler, base)]
+        if its and isinstance(one.params, params) and all(handler.encoding is base.encoding for handler in its):
+            kind, said = type(its[0]), ", ".join(params.model_fields)
+            whose = f"connector '{one.config.label}' of {one.installed.source}"
+            message = f"{whose}: {kind.__name__} takes nothing of what its params say of encoding ({said})"
+            yield one.broken(
+                message, cure=f"write self.encoding = params in {kind.__name__}.__init__", at=code_of(kind)
+            )
 
 
 def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
