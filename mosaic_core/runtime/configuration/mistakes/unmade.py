@@ -9,9 +9,13 @@ from pydantic import ValidationError
 
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.threads.code_places import explained_error, place_of, raised_at
-from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, MosaicError, Problem
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, DeviceGone, MosaicError, Problem
 
 _PART = re.compile(r"[^.\[\]]+")
+_OPENS_LATER = (
+    "open the device in the body, or by a Keeper, and raise DeviceGone there: the robot starts without it, and tries it "
+    "again"
+)
 
 
 def unmade(one: CheckedConnector, error: BaseException) -> Iterator[Problem]:
@@ -31,6 +35,8 @@ def unmade(one: CheckedConnector, error: BaseException) -> Iterator[Problem]:
 
 def broken_by(one: CheckedConnector, error: BaseException) -> Problem:
     """What its author did wrong, as an error of the code tells."""
+    if isinstance(error, OSError | DeviceGone):
+        return broken(one, explained_error(error), cure=_OPENS_LATER, at=raised_at(error))
     cure = error.cure if isinstance(error, MosaicError) else ""
     return broken(one, explained_error(error).removesuffix(cure).rstrip(), cure=cure, at=raised_at(error))
 

@@ -11,7 +11,14 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter, field_validator
 
-from mosaic_core import ConfigError, DataChannelConfigurer, DataChannelSendable, MosaicError, Params
+from mosaic_core import (
+    ConfigError,
+    DataChannelConfigurer,
+    DataChannelSendable,
+    DeviceGone,
+    MosaicError,
+    Params,
+)
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
@@ -50,6 +57,10 @@ class ArmConfigurer(DataChannelConfigurer[ArmParams]):
                 TypeAdapter(int).validate_python("x")
             case "key":
                 raise KeyError("elbow")
+            case "absent":
+                raise FileNotFoundError("no /dev/ttyACM0")
+            case "gone":
+                raise DeviceGone("no arm", "plug it in")
         return State(self.label)
 
 
@@ -100,6 +111,16 @@ def test_anything_else_is_a_mistake_of_its_author(told: Callable[[str], Problem]
     problem = told(f"      port: {port}\n")
     assert problem.message.startswith(f"connector 'it' of tests can't be made: {words}")
     assert (problem.code, problem.path) == ("config.broken_plugin", "connectors[0]")
+    assert problem.file == __file__
+
+
+@pytest.mark.parametrize(("port", "words"), [("absent", "FileNotFoundError: no /dev/ttyACM0"), ("gone", "no arm")])
+def test_a_device_that_is_opened_before_the_robot_starts_is_told_where_to_open_it(
+    told: Callable[[str], Problem], port: str, words: str
+) -> None:
+    problem = told(f"      port: {port}\n")
+    assert words in problem.message
+    assert problem.cure.startswith("open the device in the body, or by a Keeper, and raise DeviceGone there")
     assert problem.file == __file__
 
 
