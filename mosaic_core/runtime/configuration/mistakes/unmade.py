@@ -13,8 +13,7 @@ from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, DeviceGone,
 
 _PART = re.compile(r"[^.\[\]]+")
 _OPENS_LATER = (
-    "open the device in the body, or by a Keeper, and raise DeviceGone there: the robot starts without it, and tries it "
-    "again"
+    "open the device in the body, or by a Keeper, and raise DeviceGone there: the robot starts without it, then"
 )
 
 
