@@ -90,7 +90,14 @@ class CommandStream:
             if time.monotonic() - began_s > BEGIN_S:
                 raise self._nothing_moved(began_s)
             await self.hold()
+            await self._let_go()
             await self.drive(self.period_s)
+
+    async def _let_go(self) -> None:
+        """Pause, where that is asked for: a device that was opened after the first command came back, as it were."""
+        if "safety.release_first" in self.who.refusals[-1:]:
+            timeout_s = self.subject.safety.timeout_s
+            await asyncio.sleep(GRACE_S if timeout_s is None else 1.1 * timeout_s)
 
     async def hold(self) -> None:
         """Have the lease, where there is one to have: take it, also again where a machine that stood still for two
