@@ -189,7 +189,7 @@ class HandlerRuns:
         receivers = self._receivers_of(connectors)
         for receiver in receivers:
             receiver.hold()
-        await self._make_safe(receivers)
+        await self._make_safe(receivers, "safety.reload")
 
     def resume(self, connectors: Sequence[Connector]) -> None:
         """They take commands again."""
@@ -204,7 +204,7 @@ class HandlerRuns:
         runners = [self._runners.pop(label) for label in labels if label in self._runners]
         for receiver in receivers:
             receiver.close()
-        await self._make_safe(receivers)
+        await self._make_safe(receivers, "safety.reload")
         for runner in runners:
             runner.close()
         for _, speaker in handlers_of(connectors, AudioReceivable):
@@ -228,12 +228,15 @@ class HandlerRuns:
     def _receivers_of(self, connectors: Sequence[Connector]) -> list[Receiver]:
         return [one for label in _labels_of(connectors) if (one := self._receiver_at(label)) is not None]
 
-    async def _make_safe(self, receivers: Sequence[Receiver]) -> None:
+    async def _make_safe(self, receivers: Sequence[Receiver], cause: str) -> None:
+        """Tell whose safe action has not ended in time, but for those that wait for their device, which is told."""
         watches = [receiver.watch for receiver in receivers]
-        if not watches:
+        if not watches or await asyncio.to_thread(self.safety.make_safe, watches, cause, _SAFE_PATIENCE_S):
             return
-        if not await asyncio.to_thread(self.safety.make_safe, watches, "safety.reload", _SAFE_PATIENCE_S):
-            logger.error("a safe action did not end within %.1f s of a reload", _SAFE_PATIENCE_S)
+        for receiver in receivers:
+            if receiver.watch.is_unsettled and not receiver.waits_for_device:
+                told, fields = (receiver.label, _SAFE_PATIENCE_S, cause), {"label": receiver.label}
+                logger.error("the safe action of %r did not end within %.1f s (%s)", *told, extra=fields)
 
     def become(self, connectors: Sequence[Connector], replaced: Mapping[str, Connector]) -> None:
         """These are the robot's connectors from now on; those that are gone have been retired. ``replaced``: by the
@@ -297,10 +300,7 @@ class HandlerRuns:
         self.talk.close()
         for runner in self._runners.values():
             runner.close()
-        if receivers:
-            safe = asyncio.to_thread(self.safety.make_all_safe, "safety.shutdown", _SAFE_PATIENCE_S)
-            if not await safe:
-                logger.error("a safe action did not end within %.1f s of the robot's stop", _SAFE_PATIENCE_S)
+        await self._make_safe(receivers, "safety.shutdown")
         endings = [receiver.closed() for receiver in receivers]
         endings += [runner.closed() for runner in self._runners.values()]
         await asyncio.gather(*endings, self.talk.closed())

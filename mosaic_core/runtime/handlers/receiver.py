@@ -88,6 +88,11 @@ class Receiver:
         watch.dropped = self._forget
         watch.woken = self._wake
 
+    @property
+    def waits_for_device(self) -> bool:
+        """Whether its safe action has failed while its kept device is away, and is tried until that is back."""
+        return self._keeper is not None and self._keeper.absence is not None and self.watch.failures > 0
+
     def start(self) -> None:
         if self._is_async:
             self._task = self._loop.create_task(self._live_async(), name=f"mosaic-{self.label}")

@@ -249,7 +249,7 @@ async def test_a_safe_action_that_hangs_at_the_end_is_told(
 async def test_without_receivers_no_thread_is_asked_for_safety(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = Scene(kit, (Body("pose"),))
     scene.runs.start()
-    monkeypatch.setattr(scene.runs.safety, "make_all_safe", None)
+    monkeypatch.setattr(scene.runs.safety, "make_safe", None)
     await scene.runs.close()
     assert scene.row("pose").state == "stopped"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import logging
+import threading
 from collections.abc import Iterator
 from typing import Any, Self
 
@@ -20,6 +21,7 @@ from mosaic_core import (
     Shared,
 )
 from mosaic_core.machines.timing.backoff import BackoffPolicy
+from mosaic_core.runtime.handlers import handler_runs
 from mosaic_core.testing import Joined, Silence, build, connector, feed, joined, until
 
 SOON = BackoffPolicy(0.01, max_s=0.01, jitter=0.0)
@@ -165,6 +167,35 @@ async def test_a_safe_action_that_waits_for_its_device_has_no_traceback_and_runs
         await until(lambda: any("works again" in line for line in lines(log)))
         assert motor.told[-1] == 0.0
     assert not [record for record in log.records if record.exc_info]
+
+
+async def test_a_robot_ends_without_an_error_while_its_device_is_away(log: pytest.LogCaptureFixture) -> None:
+    async with joined(connector(kept_by(Motor(is_plugged=False)), label="drive")) as link:
+        await until(lambda: row(link).state == "failed")
+    assert [line for line in lines(log) if "waits for its device" in line]
+    assert not [record.message for record in log.records if record.levelno >= logging.ERROR]
+
+
+async def test_a_safe_action_that_hangs_at_the_end_is_told_although_its_device_is_away(
+    log: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(handler_runs, "_SAFE_PATIENCE_S", 0.01)
+    may_end, motor = threading.Event(), Motor(is_plugged=False)
+
+    class Hangs(Drive):
+        def make_safe(self, cause: str) -> None:
+            may_end.wait()
+
+    class HangsConfigurer(DataChannelConfigurer[NoParams]):
+        """Hangs."""
+
+        def configure(self) -> Hangs:
+            return Hangs(self.label, self.shared.get("acme:motor", lambda: motor))
+
+    async with joined(connector(HangsConfigurer, label="drive")) as link:
+        await until(lambda: row(link).state == "failed")
+    may_end.set()
+    assert "the safe action of 'drive' did not end within 0.0 s (safety.shutdown)" in log.messages
 
 
 async def test_a_keeper_that_nobody_started_is_told(log: pytest.LogCaptureFixture) -> None:
