@@ -90,8 +90,10 @@ class Receiver:
 
     @property
     def waits_for_device(self) -> bool:
-        """Whether its safe action has failed while its kept device is away, and is tried until that is back."""
-        return self._keeper is not None and self._keeper.absence is not None and self.watch.failures > 0
+        """Whether its safe action has failed while its kept device is away, and is tried until that is back; one that
+        runs just now may hang, and is no such one."""
+        is_away = self._keeper is not None and self._keeper.absence is not None
+        return is_away and self.watch.failures > 0 and not self.watch.is_acting
 
     def start(self) -> None:
         if self._is_async:
