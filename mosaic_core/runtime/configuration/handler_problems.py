@@ -74,13 +74,14 @@ def encoding_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
 def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """A widget of a plugin, ``acme-arm/ArmPanel``, that is not where its distribution says."""
     is_installed = one.installed.entry_point.dist is not None or one.installed.local is not None
-    hints = dict.fromkeys(handler.widget for handler in handlers if handler.widget and is_shipped(handler.widget))
-    for hint in hints if is_installed else ():  # a test's connector is of no distribution
+    named = {handler.widget: handler for handler in handlers if handler.widget and is_shipped(handler.widget)}
+    for hint, handler in named.items() if is_installed else ():  # a test's connector is of no distribution
         try:
             module_with(hint)
         except MosaicError as error:
             whose = f"connector '{one.config.label}' of {one.installed.source}"
-            yield one.broken(f"{whose} names the widget '{hint}': {error.message}", cure=error.cure)
+            message = f"{whose} names the widget '{hint}': {error.message}"
+            yield one.broken(message, cure=error.cure, at=code_of(type(handler)))
 
 
 WithHandlers: TypeAlias = tuple[CheckedConnector, tuple[Handler, ...]]

@@ -30,6 +30,9 @@ _TYPE = re.compile(r"""^[ \t]+connector_type\s*(?::[^=\n]*)?=\s*["']([^"'\n]+)["
 
 logger = logging.getLogger(__name__)
 
+_told: set[Path] = set()
+"""The files of which this process has said that it runs their code."""
+
 
 @dataclass(frozen=True, slots=True)
 class LocalConnector:
@@ -54,12 +57,13 @@ class LocalConnector:
         return EntryPoint(self.type, value, "mosaic.connectors")
 
     def prepare(self) -> None:
-        """Let the file be imported, and say once in the log that its code runs."""
+        """Let the file be imported, and say once in the log that its code runs, however often that is reloaded."""
         if self._package not in sys.modules:
             package = ModuleType(self._package, "The connectors of one folder.")
             package.__path__ = [str(self.file.parent)]
             sys.modules[self._package] = package
-        if self._module not in sys.modules:
+        if self.file not in _told:
+            _told.add(self.file)
             logger.warning("runs code of %s", self.file)
 
     def explained(self, error: BaseException) -> tuple[str, str | None, CodeLine]:

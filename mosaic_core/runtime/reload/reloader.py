@@ -54,6 +54,8 @@ class Reread:
 
     def __str__(self) -> str:
         parts = {"begun anew": self.restarted, "new": self.added, "gone": self.removed}
+        if not self.is_news:
+            return "no connector is another, what ran goes on"
         return "; ".join(f"{what}: {', '.join(labels)}" for what, labels in parts.items() if labels)
 
 
@@ -103,14 +105,15 @@ class Reloader:
         """Read everything again; what is wrong is told, and changes nothing."""
         changed, self._touched = self._touched | self._useless, frozenset()
         try:
-            await self._renew(robot, changed)
+            reread = await self._renew(robot, changed)
         except ConfigError as error:
             self._useless = changed
             self._tell(error.problems)
         else:
             self._useless = frozenset()
+            logger.info("reloaded %s: %s", self._path.name, reread)
 
-    async def _renew(self, robot: RunningRobot, changed: frozenset[Path]) -> None:
+    async def _renew(self, robot: RunningRobot, changed: frozenset[Path]) -> Reread:
         """Have the robot become what the files say now. Raises :class:`ConfigError` where they can't be used, and
         nothing else that code of plugins may raise; everything is as it was then."""
         forgotten = await on_a_thread(lambda: ForgottenModules(touched_by(changed, self._modules)))
@@ -128,6 +131,7 @@ class Reloader:
         if _without_connectors(before) != _without_connectors(reread.checked):
             logger.warning("%s: beside its connectors more has changed, which counts when the robot is started anew",
                            self._path.name)  # fmt: skip
+        return reread
 
     async def _become(self, robot: RunningRobot, reread: Reread) -> Configured:
         """Motion is made safe before an object of the new code is made, and rests until one takes the old one's place
@@ -142,7 +146,6 @@ class Reloader:
             except (Exception, SystemExit) as error:
                 begun = ", ".join((*reread.restarted, *reread.added))
                 raise as_mistake(error, f"{begun} can't begin, and stands") from error
-        logger.info("reloaded %s: %s", self._path.name, reread)
         return configured
 
     def _reread(self) -> Reread:

@@ -258,6 +258,22 @@ async def test_a_mistake_is_told_with_its_line_and_what_ran_goes_on(
         assert bench.tellings <= 2
 
 
+async def test_a_mended_mistake_is_told_as_well_and_whose_code_runs_once(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    async with running(bench):
+        caplog.clear()
+        bench.edit("mosaic_config.yaml", "label: a }", "label: a, parms: {} }")
+        await until(lambda: bench.problems)
+        bench.edit("mosaic_config.yaml", ", parms: {}", "")
+        mended = "reloaded mosaic_config.yaml: no connector is another, what ran goes on"
+        await until(lambda: mended in caplog.messages)
+        bench.edit("connectors/words.py", "tick", "tock")
+        await until(lambda: "reloaded mosaic_config.yaml: begun anew: a" in caplog.messages)
+    assert not [line for line in caplog.messages if line.startswith("runs code of")]
+
+
 async def test_what_a_running_robot_can_not_change_is_said(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.WARNING, module.__name__)
     async with running(bench):

@@ -238,6 +238,7 @@ def test_a_robot_whose_widget_is_missing_does_not_start(importable: InstallArm) 
         f"connector 'arm' of acme-arm 1.2.0 names the widget 'acme-arm/ArmPanel': acme-arm 1.2.0 has no file {path}"
     )
     assert problem.cure == "build it, and let the wheel carry the folder acme_arm/widgets"
+    assert Path(problem.file).read_text().splitlines()[(problem.line or 0) - 1].startswith("class Arm(")
 
 
 def test_a_connector_beside_the_file_may_name_an_installed_widget_and_no_other(
