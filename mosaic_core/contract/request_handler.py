@@ -48,7 +48,10 @@ class Request:
         """Tell whoever asked how far it is: a message or anything else that is JSON. Never blocks; the newest goes
         out, five times a second at most. Raises :class:`ValueError` or :class:`TypeError` for what is no JSON."""
         plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
-        to_json(plain)
+        try:
+            to_json(plain)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"request.progress takes a message, or what is JSON: {error}") from None
         if not self.is_cancelled:
             self._told(plain)
 

@@ -110,7 +110,15 @@ def test_the_body_may_refuse() -> None:
     ("answer", "said"),
     [
         (None, "declares Weight and answers NoneType (answer: "),
-        ({"grams": 1}, "declares Weight and answers dict (kilograms: Field required; of: Field required)"),
+        ({"grams": 1}, "declares Weight and answers dict (kilograms: Field required; of: Field required; "),
+        (
+            {"kilogram": 1, "of": "Bob"},
+            "declares Weight and answers dict (kilograms: Field required; no field 'kilogram'",
+        ),
+        (
+            {"kilograms": 1, "of": "Bob", "off": 3},
+            "declares Weight and answers dict (no field 'off': did you mean 'of'?)",
+        ),
         ({"kilograms": math.nan, "of": "Alice"}, "declares Weight and answers dict (answer: Value error, kilograms is"),
         (Weight.model_construct(kilograms=1.0, of=math.nan), "answers what Weight does not declare: Expected `str`"),
         (Weight(kilograms=math.nan, of="Alice"), "answers 'kilograms', which is no finite number and not declared as"),
@@ -139,6 +147,28 @@ def test_a_number_of_an_answer_that_may_be_absent_is_null() -> None:
             return {"left": perhaps}
 
     assert ask(Doubtful("doubtful"), {"seconds": 1}).answer == {"left": {"kilograms": None}}
+
+
+def test_keys_of_an_answer_that_its_model_keeps_are_answered() -> None:
+    class Open(Message, extra="allow"):
+        kilograms: float
+
+    class Talkative(RequestHandler[Weigh, Open]):
+        def answer(self, question: Weigh, request: Request) -> Open:
+            return {"kilograms": 1.0, "grams": 1000}  # type: ignore[return-value]
+
+    assert ask(Talkative("talkative"), {"seconds": 1}).answer == {"kilograms": 1.0, "grams": 1000}
+
+
+@pytest.mark.parametrize("value", [{1, 2}, math.nan, Weight])
+def test_progress_that_is_no_json_is_told_with_what_it_takes(value: Any) -> None:
+    class Vague(RequestHandler[Weigh, Weight]):
+        def answer(self, question: Weigh, request: Request) -> Weight:
+            request.progress(value)
+            raise AssertionError
+
+    with pytest.raises((TypeError, ValueError), match=r"request\.progress takes a message, or what is JSON: .+"):
+        ask(Vague("vague"), {"seconds": 1})
 
 
 class Spot(Message):

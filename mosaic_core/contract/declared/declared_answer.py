@@ -5,12 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
-from pydantic_core import PydanticSerializationError
+from pydantic_core import ErrorDetails, PydanticSerializationError
 
+from mosaic_core.contract.declared.nested_models import keeps_unknown, models_at, names_of
 from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.machines.delivery.finite_message import finite
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import MosaicError, nearest
 from mosaic_core.words.wire_model import to_json
+
+MAX_TOLD = 4
+"""As many mistakes of one answer are told."""
 
 
 class DeclaredAnswer:
@@ -26,14 +30,10 @@ class DeclaredAnswer:
         :class:`MosaicError` (``plugin.wrong_message``) for anything that the class does not declare."""
         try:
             # What a model holds unchecked, such as NaN in an `int`, would leave as null.
-            plain = self._adapter.dump_python(self._adapter.validate_python(answer), mode="json", warnings="error")
+            plain = self._adapter.dump_python(self._validated(answer), mode="json", warnings="error")
         except PydanticSerializationError as error:
             said = str(error).partition("PydanticSerializationUnexpectedValue(")[2].rstrip(") \n")
             raise self._wrong(f"answers what {self._name} does not declare: {said}") from None
-        except ValidationError as error:
-            mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
-            told = (f"{'.'.join(map(str, one['loc'])) or 'answer'}: {one['msg']}" for one in mistakes)
-            raise self._wrong(f"declares {self._name} and answers {kind_of(answer)} ({'; '.join(told)})") from None
         try:
             to_json(plain)
         except ValueError:
@@ -43,6 +43,28 @@ class DeclaredAnswer:
                 why = "which is no finite number and not declared as `float | None`"
                 raise self._wrong(f"answers {fields}, {why}") from None
         return plain
+
+    def _validated(self, answer: Any) -> Any:
+        """``answer`` as its type. A key that it does not have is refused: it was misspelt, and would be lost."""
+        try:
+            return self._adapter.validate_python(answer, extra="forbid")
+        except ValidationError as error:
+            mistakes = error.errors(include_url=False, include_input=False, include_context=False)
+        told = [words for one in mistakes if (words := self._told(one))]
+        if not told:  # what one of its models keeps
+            return self._adapter.validate_python(answer)
+        raise self._wrong(f"declares {self._name} and answers {kind_of(answer)} ({'; '.join(told[:MAX_TOLD])})")
+
+    def _told(self, mistake: ErrorDetails) -> str:
+        loc = mistake["loc"]
+        field = ".".join(map(str, loc)) or "answer"
+        if mistake["type"] != "extra_forbidden":
+            return f"{field}: {mistake['msg']}"
+        if keeps_unknown(self._declared, loc[:-1]):
+            return ""
+        known = (name for one in models_at(self._declared, loc[:-1]) for name in names_of(one))
+        meant = nearest(str(loc[-1]), known)
+        return f"no field '{field}'" + (f": did you mean '{meant}'?" if meant else "")
 
     @property
     def _name(self) -> str:

@@ -47,6 +47,11 @@ def models_at(annotation: Any, loc: tuple[int | str, ...]) -> list[type[BaseMode
     return here
 
 
+def keeps_unknown(annotation: Any, loc: tuple[int | str, ...]) -> bool:
+    """Whether the model at ``loc`` keeps keys that it does not know, as its author wrote."""
+    return any(one.model_config.get("extra") == "allow" for one in models_at(annotation, loc))
+
+
 def field_names(name: str, field: FieldInfo) -> list[str]:
     """What a field is called where a message is read: by name and by alias."""
     alias = field.validation_alias

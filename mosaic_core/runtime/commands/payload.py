@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel, PydanticUserError, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from mosaic_core.contract.declared.nested_models import models_at, names_of
+from mosaic_core.contract.declared.nested_models import keeps_unknown, names_of
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.configuration.config_problems import known_keys
@@ -81,17 +81,14 @@ class PayloadReader:
             return self._adapter.validate_python(value, extra="forbid" if self._is_strict else None)
         except ValidationError as error:
             mistakes = error.errors(include_url=False, include_input=False, include_context=False)
-        unknown = [one["loc"] for one in mistakes if one["type"] == "extra_forbidden" and not self._is_free(one["loc"])]
+        extra = [one["loc"] for one in mistakes if one["type"] == "extra_forbidden"]
+        unknown = [loc for loc in extra if not keeps_unknown(self._type, loc[:-1])]
         others = [one for one in mistakes if one["type"] != "extra_forbidden"]
         if not unknown and len(others) < len(mistakes):  # what one of its models keeps
             with suppress(ValidationError):
                 return self._adapter.validate_python(value)
         words = [_in_words(others), self._no_field(unknown[0]) if unknown else self._unknown_beside(others, value)]
         raise Refused("channel.invalid", "; ".join(filter(None, words)))
-
-    def _is_free(self, loc: tuple[int | str, ...]) -> bool:
-        """Whether the model there keeps keys that it does not know, as its author wrote."""
-        return any(one.model_config.get("extra") == "allow" for one in models_at(self._type, loc[:-1]))
 
     def _no_field(self, loc: tuple[int | str, ...]) -> str:
         return _without_field(str(loc[-1]), known_keys(self._type, loc[:-1]))

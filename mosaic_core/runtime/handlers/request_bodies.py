@@ -127,14 +127,14 @@ class RequestBodies:
         return BodyReturned(number, code="request.failed")
 
     def _complain(self, error: BaseException) -> None:
-        place = self._failures.noted(error) or "what it answered"
-        is_due = self._complaints.is_due(place, time.monotonic())
+        place, words = self._failures.noted(error), said_by(error)
+        is_due = self._complaints.is_due(place or words, time.monotonic())
         logger.log(
             logging.ERROR if is_due else logging.DEBUG,
-            "connector %r could not answer a request: %s (%s; request.failed)",
+            "connector %r could not answer a request: %s (%srequest.failed)",
             self._label,
-            said_by(error),
-            place,
+            words,
+            f"{place}; " if place else "",
             extra={"label": self._label, "code": "request.failed"},
-            exc_info=error if is_due else None,
+            exc_info=error if is_due and place else None,
         )
