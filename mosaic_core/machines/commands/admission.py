@@ -133,10 +133,8 @@ class Acting(Protocol):
     factor: float
     """What the gates of link and picture leave of its speed; 1 in the beginning."""
     measured: Measures
-
-    @property
-    def is_resting(self) -> bool:
-        """Its sender's last command broke the connector, which rests from it for a while."""
+    rest_code: str | None
+    """What its sender's last command came to, if the connector rests from him for a while because of that."""
 
     def measure(self) -> Measures:
         """How good its sender's link is now."""
@@ -157,7 +155,7 @@ class Acting(Protocol):
 
 
 def _rest(it: Acting) -> str | None:
-    return "plugin.failed" if it.is_resting else None
+    return it.rest_code
 
 
 def _waited(it: Acting) -> str | None:
@@ -228,7 +226,12 @@ ON_ARRIVAL: tuple[GateRule[ArrivedCommand], ...] = (
     ),
 )  # fmt: skip
 ON_ACTING: tuple[GateRule[Acting], ...] = (
-    GateRule(Gate.REST, "Has its sender's last command not just broken the connector?", ("plugin.failed",), _rest),
+    GateRule(
+        Gate.REST,
+        "Has its sender's last command not just failed in the connector?",
+        ("plugin.failed", "plugin.no_device"),
+        _rest,
+    ),
     GateRule(Gate.AGE, "Has it not waited too long for its turn?", ("safety.stale",), _waited),
     GateRule(Gate.LINK, "What do round trip and loss leave of the speed?", (), _link),
     GateRule(Gate.PICTURE, "What does the age of the driver's picture leave of it?", (), _picture),

@@ -26,14 +26,14 @@ class CommandTurn:
         must_release: Callable[[], bool] = lambda: False,
         waited_s: float = 0.0,
         max_age_s: float | None = None,
-        is_resting: bool = False,
+        rest_code: str | None = None,
     ) -> None:
         """``begin`` lets a shaped command act; the code why it must not. ``must_release``: its sender has not let go
         since the last stop."""
         self.terms = terms
         self.waited_s = waited_s
         self.max_age_s = max_age_s
-        self.is_resting = is_resting
+        self.rest_code = rest_code
         self.factor = 1.0
         self.measured = Measures()
         self.measure = measure

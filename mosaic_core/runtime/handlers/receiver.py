@@ -79,8 +79,8 @@ class Receiver:
         self._keeper = handler.keeper
         self._tell = tell
         self.inbox = Inbox(newest_only=newest_only, limits=limits)
-        self._resting_until_s: dict[str, float] = {}
-        """By peer: whose command broke the handler waits, the others' are taken."""
+        self._rests: dict[str, tuple[float, str]] = {}
+        """By peer, until when and with which code: whose command broke the handler waits, the others' are taken."""
         self._loop = asyncio.get_running_loop()
         self._arrived = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -164,7 +164,7 @@ class Receiver:
     def is_resting(self) -> bool:
         """A message has just broken the handler: its sender's next ones are refused at the gate ``rest``."""
         now_s = time.monotonic()
-        return any(until_s > now_s for until_s in self._resting_until_s.values())
+        return any(until_s > now_s for until_s, _ in self._rests.values())
 
     # -- the receiver's own thread, or its task ------------------------------------------------------------------
 
@@ -243,6 +243,7 @@ class Receiver:
             return self.watch.begin(item, fired=command.fired, is_idle=command.is_idle, wants_motion=wants_motion)
 
         now_s = time.monotonic()
+        rests_until_s, rest_code = self._rests.get(item.sender.peer_id, (0.0, ""))
         return CommandTurn(
             item.payload,
             self._shaper,
@@ -252,7 +253,7 @@ class Receiver:
             must_release=lambda: self.watch.must_release(item),
             waited_s=now_s - item.arrived_at_s,
             max_age_s=self.max_age_s,
-            is_resting=now_s < self._resting_until_s.get(item.sender.peer_id, 0.0),
+            rest_code=rest_code if now_s < rests_until_s else None,
         )
 
     def _pause_s(self) -> float | None:
@@ -302,9 +303,10 @@ class Receiver:
     def _rest(self, peer_id: str, error: BaseException) -> None:
         """For a while nothing of this peer is taken."""
         now_s = time.monotonic()
-        rests = {peer: until_s for peer, until_s in self._resting_until_s.items() if until_s > now_s - FORGIVEN_S}
-        rests[peer_id] = now_s + self._failures.failed(error, now_s - rests.get(peer_id, 0.0))
-        self._resting_until_s = rests
+        rests = {peer: rest for peer, rest in self._rests.items() if rest[0] > now_s - FORGIVEN_S}
+        last_until_s, _ = rests.get(peer_id, (0.0, ""))
+        rests[peer_id] = (now_s + self._failures.failed(error, now_s - last_until_s), failure_code(error))
+        self._rests = rests
 
     def _tell_of(self, item: Incoming | None, refusal: GateRefusal | None = None) -> None:
         """What became of it; nobody waits for news of the framework's own zeros (``None``)."""

@@ -174,7 +174,7 @@ class Turn:
         self.waited_s = 0.3
         self.factor = 1.0
         self.measured = Measures()
-        self.is_resting = False
+        self.rest_code: str | None = None
         self.asked: list[str] = []
         self.link = link or Measures()
         self.faults = faults
@@ -228,7 +228,7 @@ def test_link_and_picture_leave_the_smaller_share_of_the_speed(link: Measures, f
 @pytest.mark.parametrize(
     ("change", "refusal", "asked"),
     [
-        ({"is_resting": True}, GateRefusal(Gate.REST, "plugin.failed"), []),
+        ({"rest_code": "plugin.no_device"}, GateRefusal(Gate.REST, "plugin.no_device"), []),
         (
             {"waited_s": 0.31},
             GateRefusal(Gate.AGE, "safety.stale", "it waited behind a slow handle_data"),

@@ -95,7 +95,7 @@ class Turn:
     def __init__(self, robot: Robot, receiver: Receiver, peer_id: str, packet: Packet, link: Measures, now_s: float):
         self.terms = receiver.terms
         self.waited_s = 0.0
-        self.is_resting = False
+        self.rest_code: str | None = None
         self.factor = 1.0
         self.measured = Measures()
         self.shaped: Shaped | None = None

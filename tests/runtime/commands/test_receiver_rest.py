@@ -21,10 +21,13 @@ from mosaic_core.runtime.handlers.receiver import FORGIVEN_S, Outcome, Receiver
 from mosaic_core.runtime.threads import failures as failures_module
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.testing import until
+from mosaic_core.words.errors import DeviceGone
 
 
 class Fragile(DataChannelReceivable[dict[str, Any]]):
     async def handle_data(self, data: dict[str, Any]) -> None:
+        if data == {"v": 2}:
+            raise DeviceGone("motor gone")
         if data:
             raise OSError("motor gone")
 
@@ -79,6 +82,13 @@ async def test_the_senders_rest_grows_with_each_error_right_after_it(bench: Benc
         assert not bench.receiver.is_resting
 
 
+async def test_whose_command_found_no_device_is_told_so_while_he_rests(bench: Bench) -> None:
+    for gate in (Gate.HANDLER, Gate.REST):
+        outcome = await bench.says("ann", b'{"v": 2}')
+        assert outcome.refusal is not None
+        assert (outcome.refusal.gate, outcome.refusal.code) == (gate, "plugin.no_device")
+
+
 async def test_whoever_broke_nothing_is_served_meanwhile(bench: Bench) -> None:
     await bench.says("ann")
     assert (await bench.says("bob", b"{}")).refusal is None
@@ -101,7 +111,7 @@ async def test_nobody_is_kept_who_was_forgiven(bench: Bench) -> None:
     await bench.says("ann")
     bench.now_s += bench.delays[-1] + FORGIVEN_S - 0.1
     await bench.says("bob")
-    assert set(bench.receiver._resting_until_s) == {"ann", "bob"}
+    assert set(bench.receiver._rests) == {"ann", "bob"}
     bench.now_s += 0.2
     await bench.says("cid")
-    assert set(bench.receiver._resting_until_s) == {"bob", "cid"}
+    assert set(bench.receiver._rests) == {"bob", "cid"}
