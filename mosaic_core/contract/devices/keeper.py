@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable
 from typing import Protocol
 
-from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
+from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy, again_in
 from mosaic_core.words.errors import DeviceGone
 
 _log = logging.getLogger(__name__)
@@ -122,7 +122,7 @@ class Keeper:
             for one in self._listeners:
                 one.away(gone, tries_again_in_s)
             if is_news and not self._listeners:
-                _log.warning("%s: %s; tries again in %.1f s", self._name, self.absence, tries_again_in_s)
+                _log.warning("%s: %s; tries again %s", self._name, self.absence, again_in(tries_again_in_s))
 
     def _tell_back(self) -> None:
         with self._absence_lock:

@@ -8,6 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+def again_in(delay_s: float) -> str:
+    """How a log says when the next attempt comes: ``at once``, ``in 0.5 s``."""
+    return f"in {delay_s:.1f} s" if delay_s >= 0.05 else "at once"
+
+
 @dataclass(frozen=True, slots=True)
 class BackoffPolicy:
     """The delays between attempts: ``first_s``, then ``factor`` times more each time up to ``max_s``; each shortened by

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from mosaic_core.machines.timing.backoff import again_in
 from mosaic_core.machines.timing.failure_course import FailureCourse
 from mosaic_core.runtime.threads.error_words import said_by, words_of
 from mosaic_core.runtime.threads.stacks import PluginCode
@@ -100,9 +101,9 @@ class Failures:
         level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
         what = "" if is_absence else f" failed at {place}" if place else " failed"
         trace = None if is_absence or not verdict.is_news or self.last_code == _TOLD_IN_FULL else error
-        told = (self._label, what, self.last_error + _away(error), self.last_code, delay_s)
+        told = (self._label, what, self.last_error + _away(error), self.last_code, again_in(delay_s))
         fields = {"label": self._label, "code": self.last_code}
-        logger.log(level, "connector %r%s: %s (%s); tries again in %.1f s", *told, extra=fields, exc_info=trace)
+        logger.log(level, "connector %r%s: %s (%s); tries again %s", *told, extra=fields, exc_info=trace)
         self._tell(self._label, error, delay_s)
         return delay_s
 

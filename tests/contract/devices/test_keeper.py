@@ -244,7 +244,7 @@ def test_where_nobody_listens_the_log_tells_it_once(caplog: pytest.LogCaptureFix
     with started(Keeper("motor", turn_or_say, retry=SOON)):
         assert works.wait(IN_TIME_S)
     assert caplog.messages == [
-        "motor: no motor on ttyUSB0; plug it in; tries again in 0.0 s",
+        "motor: no motor on ttyUSB0; plug it in; tries again at once",
         "motor: the device is back",
     ]
     assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]

@@ -122,7 +122,7 @@ async def test_a_device_that_is_away_at_the_start_is_told_once_and_so_is_its_ret
         motor.is_plugged = True
         await until(lambda: row(link).state == "running")
         assert row(link).failure_code == ""
-    told = "connector 'drive': no motor; plug it in (plugin.no_device); tries again in 0.0 s"
+    told = "connector 'drive': no motor; plug it in (plugin.no_device); tries again at once"
     assert lines(log)[:2] == [told, "connector 'drive' is back"]
     assert not [message for message in log.messages if message.startswith("motor")], "nobody says it twice"
     assert motor.told[0] == 0.0
