@@ -14,15 +14,16 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.handler import DataChannelReceivable
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.drill.commands import DrillCommand
+from mosaic_core.runtime.threads.stacks import PluginCode
 
 
 @dataclass(frozen=True, slots=True)
 class Act:
     """What a drilled receiver did, and when. ``command``: ``handle_data`` had carried out ``value``; ``safe``: the safe
-    action had returned, for ``cause``; ``failed``: one of the two raised.
+    action had returned, for ``cause``; ``failed``: one of the two raised, with the line as its ``cause``.
     """
 
     at_s: float
@@ -32,9 +33,10 @@ class Act:
 
 
 class ActRecorder:
-    """The acts of one receiver, in their order. Any thread."""
+    """The acts of one receiver, in their order. Any thread. ``place_of``: the line of an error."""
 
-    def __init__(self) -> None:
+    def __init__(self, place_of: Callable[[BaseException], str] = lambda error: "") -> None:
+        self._place_of = place_of
         self._acts: list[Act] = []
         self.is_acting = False
         """Whether ``handle_data`` runs just now."""
@@ -55,7 +57,8 @@ class ActRecorder:
         try:
             yield
         except BaseException as error:
-            self.add("failed", cause=f"{type(error).__name__}: {error}")
+            place = "" if isinstance(error, Refused) else self._place_of(error)
+            self.add("failed", cause=f"{type(error).__name__}: {error}" + (f" ({place})" if place else ""))
             raise
         finally:
             self.is_acting = self.is_acting and kind != "command"
@@ -96,7 +99,7 @@ def watched(handler: DataChannelReceivable[Any], command: DrillCommand | None, *
 
     Only this one object is changed, and it is the drill's own.
     """
-    recorder = ActRecorder()
+    recorder = ActRecorder(PluginCode([handler]).place_of)
     handle, make_safe = (handler.handle_data, handler.make_safe) if live else (_nothing, _nothing)
     is_async = live and inspect.iscoroutinefunction(handler.handle_data)
     wrapped = _async_recorded(handle, recorder) if is_async else _recorded(handle, recorder, "command")

@@ -34,8 +34,8 @@ async def refuses_garbage(one: Examinee) -> list[Fault]:
 
 
 async def leaves_nothing(one: Examinee) -> list[Fault]:
-    found = await leftovers(one)
-    return [Fault(f"after {one.restarts} restarts there are {', '.join(found)}", one.place)] if found else []
+    found, restarts = await leftovers(one)
+    return [Fault(f"after {restarts} restarts there are {', '.join(found)}", one.place)] if found else []
 
 
 async def runs_without_hardware(one: Examinee) -> list[Fault]:

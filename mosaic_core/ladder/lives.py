@@ -38,6 +38,9 @@ BEGIN_S = 0.6
 """For a first message; a connector that waits for others sends none."""
 SLOW_STOP_S = 1.0
 """What stops slower would take minutes to be restarted a hundred times."""
+RESTARTS_S = 10.0
+"""For all restarts; what stops slowly is restarted less often than it might be, but :data:`FEWEST_RESTARTS` times."""
+FEWEST_RESTARTS = 10
 BRIEF_S = 0.05
 """The same for each of many restarts."""
 ANSWER_S = 0.3
@@ -143,19 +146,23 @@ def _blocks(code: str) -> bool:
     return any(blocking_lines(code))
 
 
-async def leftovers(one: Examinee) -> list[str]:
-    """What many restarts of whole robots leave behind, in words. Raises :class:`NotJudged`."""
+async def leftovers(one: Examinee) -> tuple[list[str], int]:
+    """What many restarts of whole robots leave behind, in words, and after how many. Raises :class:`NotJudged`."""
     life = await lived(one)
     if life.bugs or life.stop_s > SLOW_STOP_S:
         raise NotJudged("it does not start and stop well: mend starts-again and hears-stop first")
     await _one_restart(one)  # what is made once for all is made now
     before = await _settled(None)
-    for _ in range(one.restarts):
+    restarts = restarts_of(one.restarts, life.stop_s)
+    for _ in range(restarts):
         await _one_restart(one)
-    after = await _settled(before)
-    return [
-        f"{count} more {what}" for what, count in sorted((after - before).items()) if count >= max(2, one.restarts // 2)
-    ]
+    more = await _settled(before) - before
+    return [f"{count} more {what}" for what, count in sorted(more.items()) if count >= max(2, restarts // 2)], restarts
+
+
+def restarts_of(wanted: int, stop_s: float) -> int:
+    """How many of the restarts that are ``wanted`` there is time for, where each end takes ``stop_s``."""
+    return min(wanted, max(FEWEST_RESTARTS, int(RESTARTS_S / max(stop_s, BRIEF_S))))
 
 
 async def _one_restart(one: Examinee) -> None:

@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from mosaic_core.drill.recorder import ActRecorder
+from mosaic_core.contract.handler import Refused
+from mosaic_core.drill.recorder import ActRecorder, is_refusal
 
 
 def test_a_command_that_a_safe_action_overtook_is_none_that_came_after_it() -> None:
@@ -37,4 +38,14 @@ def test_it_is_calm_when_no_command_is_carried_out_or_has_begun_lately(monkeypat
     with pytest.raises(OSError, match="gone"), watched.acting("command"):
         raise OSError("gone")
     assert not watched.is_acting
-    assert [act.cause for act in watched.acts] == ["OSError: gone"]
+
+
+def test_what_a_plugin_raises_is_told_with_its_line_and_a_refusal_as_it_is() -> None:
+    watched = ActRecorder(lambda error: "lift.py:7 in Lift.make_safe")
+    for error in (OSError("gone"), Refused("lift.top", "no higher")):
+        with pytest.raises(type(error)), watched.acting("safe"):
+            raise error
+    broken, refused = (act.cause for act in watched.acts)
+    assert broken == "OSError: gone (lift.py:7 in Lift.make_safe)"
+    assert is_refusal(refused)
+    assert "lift.py" not in refused
