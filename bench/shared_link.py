@@ -1,9 +1,10 @@
 """Several cameras on one narrow link: the age of displayed pictures in Chromium, ours beside two peers.
 
     sudo .venv/bin/python bench/shared_link.py [--seconds 300] [--only cameras cuts ...] [--ways ours Chromium ...]
+                                               [--film FILE]
 
 A real token bucket (`tc tbf`) between two network namespaces, with a queue of 300 ms. The pictures are noise that
-moves; the time of capture is burnt in and read back from the displayed <video>. The peers: Chromium → Chromium, and
+moves, or a film; the time of capture is burnt in and read back from the displayed <video>. The peers: Chromium → Chromium, and
 aiortc as its examples use it. Ways take turns. Needs root.
 """
 
@@ -149,7 +150,9 @@ async def _wait(seconds: float, every_s: float, act: Callable[[], None]) -> list
     return acted
 
 
-async def measured(condition: Condition, way: str, seconds: float, playwright: Any, program: str) -> Measured:
+async def measured(
+    condition: Condition, way: str, seconds: float, playwright: Any, program: str, film: str = ""
+) -> Measured:
     with tempfile.TemporaryDirectory() as folder, shared_link(condition.rate_mbps, QUEUE_MS) as link:
         async with AsyncExitStack() as stack:
             browsers = [
@@ -157,7 +160,7 @@ async def measured(condition: Condition, way: str, seconds: float, playwright: A
                 for one in (link.operator, link.robot)[: 2 if way == "Chromium" else 1]
             ]
             cameras = [
-                Cameras(way, condition.count, *condition.format, condition.late, number + 1, condition.sensor_bps)
+                Cameras(way, condition.count, *condition.format, condition.late, number + 1, condition.sensor_bps, film)
                 for number in range(condition.robots)
             ]
             robots = [await stack.enter_async_context(watched(link, browsers[0], browsers[-1], one)) for one in cameras]
@@ -225,7 +228,7 @@ async def measure(asked: argparse.Namespace, console: Console) -> None:
             for way in (one for one in asked.ways if one == "ours" or not condition.is_of_ours_alone):
                 link = f"{condition.name}, {condition.format[0][1]}p on {condition.rate_mbps:g} Mbit/s"
                 try:
-                    found = await measured(condition, way, asked.seconds, playwright, program)
+                    found = await measured(condition, way, asked.seconds, playwright, program, asked.film)
                 except TimeoutError as error:
                     console.print(f"{link}, {way}: {error}")
                     continue
@@ -241,8 +244,13 @@ def main() -> None:
     parts = list(dict.fromkeys(one.part for one in CONDITIONS))
     parser.add_argument("--seconds", type=float, default=60.0, help="of each cell (60; the published table: 300)")
     parser.add_argument("--only", nargs="+", choices=parts, default=parts)
+    parser.add_argument(
+        "--film", default="", help="a video that ours and aiortc show instead of noise; Chromium shows none"
+    )
     parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
     asked = parser.parse_args()
+    if asked.film:
+        asked.ways = [way for way in asked.ways if way != "Chromium"]
     if os.geteuid() != 0:
         sys.exit("network namespaces need root: sudo .venv/bin/python bench/shared_link.py")
     console = Console(width=160)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import multiprocessing
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
@@ -16,7 +17,7 @@ from video_bench.scene import Image
 
 from mosaic_core.contract.media import Captured
 from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
-from shared_bench.noise import NoiseCamera
+from shared_bench.noise import FilmCamera, NoiseCamera, PostingCamera
 
 PATIENCE_S = 40.0
 CUT = "cut"
@@ -28,7 +29,7 @@ MESSAGE, FULL_BYTES = bytes(16 * 1024), 64 * 1024
 @dataclass(frozen=True, slots=True)
 class Cameras:
     """What a robot films. ``late``: so many of them are asked for by an order only, as when somebody opens a card;
-    ``sensor_bps``: of ordinary data beside them."""
+    ``sensor_bps``: of ordinary data beside them; ``film``: a file that they show instead of noise."""
 
     sender: str
     count: int
@@ -37,6 +38,13 @@ class Cameras:
     late: int = 0
     seed: int = 1
     sensor_bps: float = 0.0
+    film: str = ""
+
+    def begun(self, number: int, post: Callable[[Image, float], object]) -> PostingCamera:
+        seed = 10 * self.seed + number
+        if self.film:
+            return FilmCamera(self.film, self.size, self.fps, seed, post)
+        return NoiseCamera(self.size, self.fps, seed, post)
 
 
 class CamerasProcess:
@@ -85,10 +93,7 @@ def serve(pipe: Connection, cameras: Cameras) -> None:
 async def _served(pipe: Connection, cameras: Cameras) -> None:
     robot = OurCameras(cameras) if cameras.sender == "ours" else AiortcCameras(cameras)
     pipe.send(await robot.answer(await asyncio.to_thread(pipe.recv)))
-    films = [
-        NoiseCamera(cameras.size, cameras.fps, 10 * cameras.seed + number, robot.post(number))
-        for number in range(cameras.count)
-    ]
+    films = [cameras.begun(number, robot.post(number)) for number in range(cameras.count)]
     while (order := await asyncio.to_thread(_next, pipe)) is not None:
         if order == CUT:
             for film in films:
