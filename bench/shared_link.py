@@ -4,8 +4,8 @@
                                                [--film FILE]
 
 A real token bucket (`tc tbf`) between two network namespaces, with a queue of 300 ms. The pictures are noise that
-moves, or a film; the time of capture is burnt in and read back from the displayed <video>. The peers: Chromium → Chromium, and
-aiortc as its examples use it. Ways take turns. Needs root.
+moves, or a film; the time of capture is burnt in and read back from the displayed <video>. The peers: Chromium →
+Chromium, and aiortc as its examples use it. Ways take turns. Needs root.
 """
 
 from __future__ import annotations
