@@ -33,6 +33,18 @@ test('time never goes back, and missing values are gaps', () => {
   expect(buffer.window(5, 10)).toEqual([[0, 0], [1, 2], [null, 3]])
 })
 
+test('a long pause is a gap in the lines, and a slow sensor has none', () => {
+  const valuesOf = (times: readonly number[]) => {
+    const buffer = new SeriesBuffer(1, 600)
+    for (const timeS of times) buffer.add(timeS, [timeS])
+    return buffer.window(100, 200)[1]
+  }
+  expect(valuesOf([0, 0.1, 0.2, 12, 12.1])).toEqual([0, 0.1, 0.2, null, 12, 12.1])
+  expect(valuesOf([0, 0.1, 0.2, 2.1])).toEqual([0, 0.1, 0.2, 2.1])
+  expect(valuesOf([0, 10, 20, 50])).toEqual([0, 10, 20, 50])
+  expect(valuesOf([0, 10, 20, 90])).toEqual([0, 10, 20, null, 90])
+})
+
 test('what is older than kept is forgotten', () => {
   const buffer = new SeriesBuffer(1, 10)
   for (let index = 0; index < 50_000; index++) buffer.add(index / 100, [index])

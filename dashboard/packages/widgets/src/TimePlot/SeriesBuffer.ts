@@ -5,9 +5,16 @@ export type Column = (number | null)[]
 /** Ten minutes at 50 Hz; older values make room. */
 const MAX_ROWS = 30_000
 
+/** A pause of so many usual ones, and of so many seconds, is a gap in the lines: nobody knows what was meanwhile. */
+const GAP_INTERVALS = 5
+const GAP_S = 2
+/** Of the usual interval, given to each new one. */
+const MEMORY = 0.2
+
 export class SeriesBuffer {
   private times: number[] = []
   private columns: Column[]
+  private usualS: number | null = null
 
   constructor(
     private readonly width: number,
@@ -18,9 +25,23 @@ export class SeriesBuffer {
 
   /** `timeS` never goes back: a value that comes late is put where the last one was. */
   add(timeS: number, values: Column): void {
-    this.times.push(Math.max(timeS, this.times.at(-1) ?? -Infinity))
-    for (let index = 0; index < this.width; index++) this.columns[index]?.push(values[index] ?? null)
+    const lastS = this.lastS
+    if (lastS !== null && this.isGap(timeS - lastS)) this.push(lastS, [])
+    this.push(Math.max(timeS, lastS ?? -Infinity), values)
     this.trim()
+  }
+
+  private push(timeS: number, values: Column): void {
+    this.times.push(timeS)
+    for (let index = 0; index < this.width; index++) this.columns[index]?.push(values[index] ?? null)
+  }
+
+  /** Learns what is usual from all that is none. */
+  private isGap(pauseS: number): boolean {
+    const usualS = this.usualS
+    if (usualS !== null && pauseS > Math.max(GAP_S, GAP_INTERVALS * usualS)) return true
+    this.usualS = usualS === null ? pauseS : usualS + MEMORY * (pauseS - usualS)
+    return false
   }
 
   clear(): void {

@@ -4,25 +4,22 @@ import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { arrivingSchema } from '../schema/arrivingSchema'
 import { fieldsOf, type Field } from '../schema/jsonSchema'
-import { numericFields, valueAt } from '../schema/messageFields'
+import { valueAt } from '../schema/messageFields'
 import { useEveryJson } from '../stores/useReceived'
-import { curvesOf, keyOf, limitedFields } from './limits'
+import { curvesOf, limitedFields } from './limits'
 import { KEPT_S, LivePlot, NO_LIMITS, type Limits } from './LivePlot'
 import { SeriesBuffer } from './SeriesBuffer'
+import { useNumericFields } from './useNumericFields'
 
 /** Every number of the messages over time. */
 export function TimePlot({ entry, store }: WidgetProps) {
   const schema = arrivingSchema(entry)
-  const declared = useMemo(() => numericFields(schema, undefined), [schema])
-  // Messages tell what there is without a schema, and which of the fields that may be left out are not.
-  const [found, setFound] = useState<readonly Field[]>([])
-  const fields = found.length > 0 ? found : declared
+  const [fields, learn] = useNumericFields(schema)
   const curves = useMemo(() => curvesOf(fields), [fields])
   const [limits, setLimits] = useState<Limits>(NO_LIMITS)
   const buffer = useMemo(() => new SeriesBuffer(curves.length, KEPT_S), [curves])
   useEveryJson(store, (message, info) => {
-    const there = allOf(fields, numericFields(schema, message))
-    if (there.length > fields.length) return setFound(there)
+    if (learn(message)) return
     setLimits((before) => sameOr(before, limitsIn(message, fields)))
     const values = curves.map((field) => numberAt(message, field))
     buffer.add((info?.receivedAtMs ?? nowMs()) / 1000, values)
@@ -32,15 +29,6 @@ export function TimePlot({ entry, store }: WidgetProps) {
     return <Notice tone="wait" title={hasSchema ? 'Nothing to plot: no field is a number' : 'No value yet'} />
   }
   return <LivePlot fields={curves} buffer={buffer} limits={limits} name={entry.label} />
-}
-
-/** More lines than this no legend holds. */
-const MAX_FIELDS = 96
-
-/** Fields that come and go keep their lines. */
-function allOf(known: readonly Field[], there: readonly Field[]): readonly Field[] {
-  const keys = new Set(known.map(keyOf))
-  return [...known, ...there.filter((field) => !keys.has(keyOf(field)))].slice(0, MAX_FIELDS)
 }
 
 /** What the message says of the limits, by unit. */

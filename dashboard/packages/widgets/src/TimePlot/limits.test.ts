@@ -26,6 +26,13 @@ test('a scale goes as far as the limits, and as far as a value beyond them', () 
   expect(scaleRange(3, 3, [])).toEqual([2.5, 3.5])
 })
 
+test('values that would be a flat line are shown up to the nearer limit alone', () => {
+  expect(scaleRange(1, 3, [0, 40])).toEqual([0, 3])
+  expect(scaleRange(37, 39, [0, 40])).toEqual([37, 40])
+  expect(scaleRange(1, 10, [0, 40])).toEqual([0, 40])
+  expect(scaleRange(0, 0, [0, 40])).toEqual([-0.5, 0.5])
+})
+
 test('a unit with limits has a scale of its own, the others are left to the plot', () => {
   const limitsOf = (unit: string) => (unit === 'm' ? [0, 4] : [])
   const { scales } = plotOptions([field('range'), { ...field('load'), unit: '%' }], LOOK, 30, limitsOf)

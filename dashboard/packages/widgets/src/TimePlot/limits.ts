@@ -27,10 +27,28 @@ export function keyOf({ path }: Field): string {
   return path.join('.')
 }
 
-/** From the least to the greatest value that a scale shows: all values, and the limits where they are known. */
+/** A scale that shows less of its values than this share shows the farther limit no more. */
+const LEAST_FILLED = 0.25
+
+/** From the least to the greatest value that a scale shows: all values, the nearer limit, and the farther one where the
+ *  values are not a flat line then. */
 export function scaleRange(least: number | null, greatest: number | null, limits: readonly number[]): [number, number] {
-  const known = [least, greatest, ...limits].filter((value): value is number => value !== null && Number.isFinite(value))
-  if (known.length === 0) return [0, 1]
-  const [low, high] = [Math.min(...known), Math.max(...known)]
+  const values = [least, greatest].filter((value): value is number => value !== null && Number.isFinite(value))
+  const whole = hull([...values, ...limits.filter(Number.isFinite)])
+  const near = values.length === 0 ? whole : hull([...values, nearest(values, whole)])
+  const [low, high] = width(near) < LEAST_FILLED * width(whole) ? near : whole
   return low === high ? [low - 0.5, high + 0.5] : [low, high]
+}
+
+function hull(numbers: readonly number[]): [number, number] {
+  return numbers.length === 0 ? [0, 1] : [Math.min(...numbers), Math.max(...numbers)]
+}
+
+/** Which end of the scale is nearer to the values. */
+function nearest(values: readonly number[], [low, high]: [number, number]): number {
+  return Math.min(...values) - low <= high - Math.max(...values) ? low : high
+}
+
+function width([low, high]: [number, number]): number {
+  return high - low
 }

@@ -234,6 +234,7 @@ test('a card says that its connector fails and why, and no longer once it is bac
   act(() => delivery.heard({ connectors: [{ ...ROW, failureCode: 'plugin.no_device', triesAgainInS: 7 }] }))
   expect(age()).toBe('failed')
   expect(screen.getByRole('status').textContent).toMatch(/^It fails \(plugin\.no_device\): The connector's device isn't available/)
+  expect(screen.getByRole('status').dataset['beside']).toBe('true')
   act(() => delivery.heard({ connectors: [{ ...ROW, failureCode: 'plugin.failed' }] }))
   expect(screen.getByRole('status').textContent).toContain('(plugin.failed)')
   act(() => store.receive({ voltage_v: 12.5 }))

@@ -5,7 +5,7 @@ import { DropMark } from '../delivery/DropMark'
 import { useFailureCode } from '../delivery/useDelivery'
 import { useAsPicture } from './usePictureInSight'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
-import { receives, showsMedia, type AnyStore } from '../stores/storeKinds'
+import { receives, sends, showsMedia, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
 import { useStoreState } from '../stores/useStoreState'
 import { wholeSentence } from '../stores/wholeSentence'
@@ -114,7 +114,7 @@ function CardBar({ store, state, failureCode }: CardBarProps) {
   const text = barText(store, state, gap) ?? (failureCode === undefined ? null : failureText({ failureCode }))
   if (text === null) return null
   return (
-    <div className={classes.bar} role="status">
+    <div className={classes.bar} data-beside={receives(store) && !sends(store)} role="status">
       {text}
       {state.phase === 'reconnecting' && showsMedia(store) && (
         <>
