@@ -88,7 +88,8 @@ class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
         """Return the ``A``. ``def``: on a thread of its own, ``async def``: on the event loop.
 
         Raise :class:`Refused` to refuse just this request. After any other exception the operator is told
-        ``request.failed`` and no more; the robot's log says what and where, and the next question is taken.
+        ``request.failed`` (of :class:`DeviceGone` ``plugin.no_device``) and no more; the robot's log says what and
+        where, and the next question is taken.
         """
         raise NotImplementedError(f"{type(self).__name__} needs answer(self, question, request)")
 

@@ -20,13 +20,17 @@ from mosaic_core.contract.request_handler import Request, RequestHandler, answer
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.handlers.task_runner import leave_behind
-from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.runtime.threads.error_words import said_by, words_of
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.words.errors import DeviceGone
 from mosaic_core.words.wire_model import to_json
 
 logger = logging.getLogger(__name__)
+
+MAX_KINDS = 32
+"""Of wrong answers that are told apart; their words may come from a question, and be without number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +66,8 @@ class RequestBodies:
         self._returned = Handover(self._loop, self._ended)
         self._tell = returned
         self._complaints = ComplaintPace()
+        self._kinds: set[str] = set()
+        self._keeper = handler.keeper
         self._tasks: dict[int, asyncio.Task[None]] = {}
         self._running: set[int] = set()
         self._idle = asyncio.Event()
@@ -122,19 +128,25 @@ class RequestBodies:
             return BodyReturned(number, code=error.code, message=error.message)
         if request.is_cancelled:
             return BodyReturned(number, code="request.cancelled")
-        self._complain(error)
+        if isinstance(error, DeviceGone) and self._keeper is not None:
+            self._keeper.lost(error)
+        code = "plugin.no_device" if isinstance(error, DeviceGone) else "request.failed"
+        self._complain(error, code)
         # what the plugin raised is for the robot's log: it may name files, addresses, passwords
-        return BodyReturned(number, code="request.failed")
+        return BodyReturned(number, code=code)
 
-    def _complain(self, error: BaseException) -> None:
-        place, words = self._failures.noted(error), said_by(error)
-        is_due = self._complaints.is_due(place or words, time.monotonic())
-        logger.log(
-            logging.ERROR if is_due else logging.DEBUG,
-            "connector %r could not answer a request: %s (%srequest.failed)",
-            self._label,
-            words,
-            f"{place}; " if place else "",
-            extra={"label": self._label, "code": "request.failed"},
-            exc_info=error if is_due and place else None,
-        )
+    def _complain(self, error: BaseException, code: str) -> None:
+        """One line of each kind in a while: of an absence alone, of a bug with the author's line and the traceback."""
+        place = self._failures.noted(error, code)
+        is_absence = isinstance(error, DeviceGone)
+        words, where = (words_of(error), "") if is_absence else (said_by(error), f"{place}; " if place else "")
+        is_due = self._complaints.is_due(self._kind(where or words), time.monotonic())
+        level = logging.DEBUG if not is_due else logging.WARNING if is_absence else logging.ERROR
+        told, fields = (self._label, words, where, code), {"label": self._label, "code": code}
+        trace = error if is_due and where else None
+        logger.log(level, "connector %r could not answer a request: %s (%s%s)", *told, extra=fields, exc_info=trace)
+
+    def _kind(self, words: str) -> str:
+        if len(self._kinds) < MAX_KINDS:
+            self._kinds.add(words)
+        return words if words in self._kinds else "another"

@@ -107,9 +107,9 @@ class Failures:
         self._tell(self._label, error, delay_s)
         return delay_s
 
-    def noted(self, error: BaseException) -> str:
+    def noted(self, error: BaseException, code: str) -> str:
         """One failure that ends nothing; where it is in the plugin's code, or nothing."""
-        self.last_code = "request.failed"
+        self.last_code = code
         self.count += 1
         self.last_error = said_by(error)
         return self._code.place_of(error)

@@ -15,6 +15,7 @@ from mosaic_core import (
     DataChannelBidirectional,
     DataChannelConfigurer,
     DataChannelSendable,
+    DeviceGone,
     Message,
     NoParams,
     Refused,
@@ -23,6 +24,7 @@ from mosaic_core import (
 )
 from mosaic_core.laboratory.joining import Joined, connector, joined, until
 from mosaic_core.operator import RequestFailed, RequestRefused
+from mosaic_core.runtime.handlers.request_bodies import MAX_KINDS
 from mosaic_core.words.errors import ConfigError, ConnectionFailed, MosaicError
 
 
@@ -165,6 +167,46 @@ async def test_an_answer_that_the_class_does_not_declare_is_told_with_class_and_
     assert place in absent.message
     assert f"{place} and answers dict (total: Field required; no field 'totl'" in misspelt.message
     assert absent.exc_info is None  # all of it would be the framework's own lines
+
+
+class Unplugged(Adder):
+    def answer(self, question: Sum, request: Request) -> Total:
+        raise DeviceGone("no scale at /dev/ttyUSB0", "plug it in")
+
+
+class UnpluggedConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Unplugged:
+        return Unplugged(self.label)
+
+
+async def test_an_absent_device_is_told_as_one_quietly(caplog: pytest.LogCaptureFixture) -> None:
+    async with joined(connector(UnpluggedConfigurer, label="adder")) as link:
+        for _ in range(2):
+            with pytest.raises(RequestRefused) as refused:
+                await link.connection.request("adder", {"numbers": [1]})
+            assert refused.value.code == "plugin.no_device"
+            assert "ttyUSB0" not in refused.value.message
+    (told,) = (one for one in caplog.records if "could not answer" in one.message)
+    assert told.message.endswith("no scale at /dev/ttyUSB0; plug it in (plugin.no_device)")
+    assert (told.levelname, told.exc_info) == ("WARNING", None)
+
+
+class Random(Adder):
+    def answer(self, question: Sum, request: Request) -> Total:
+        return {"total": 1.0, f"key{question.numbers[0]:.0f}": 1.0}  # type: ignore[return-value]
+
+
+class RandomConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Random:
+        return Random(self.label)
+
+
+async def test_wrong_answers_without_number_are_a_bounded_number_of_lines(caplog: pytest.LogCaptureFixture) -> None:
+    async with joined(connector(RandomConfigurer, label="adder")) as link:
+        for number in range(MAX_KINDS + 10):
+            with pytest.raises(RequestRefused):
+                await link.connection.request("adder", {"numbers": [number]})
+    assert sum("could not answer" in one.message for one in caplog.records) == MAX_KINDS + 1
 
 
 async def test_a_question_alone_is_answered_without_a_number() -> None:
