@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic, NoReturn, TypeVar
 
 from mosaic_core.contract.handler import DataChannelReceivable
-from mosaic_core.drill.findings import ExerciseFailed, NotExercised
+from mosaic_core.drill.findings import ExerciseFailed
 from mosaic_core.runtime.threads.code_places import explained_error, standing_at
 from mosaic_core.runtime.threads.handover import on_loop
 
@@ -41,7 +41,7 @@ class PositionReports:
         return {field: self._number(field, value) for field, value in call.result.items()}
 
     async def known(self, fields: Sequence[str]) -> dict[str, float]:
-        """The same, once all are known. Raises :class:`NotExercised` too, where one stays unknown."""
+        """The same, once all are known; one that stays unknown is of no use either."""
         ends_at_s = time.monotonic() + KNOWN_S
         while True:
             places = await self.now(fields)
@@ -80,7 +80,7 @@ class PositionReports:
             f"{self._name} says nothing of '{field}', so a live drill would move it without knowing{self._place}: let "
             "it answer from what was read last, or drill it while its device tells"
         )
-        raise NotExercised(self.trouble)
+        raise ExerciseFailed(self.trouble)
 
 
 class _BoundedCall(Generic[T]):

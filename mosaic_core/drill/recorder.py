@@ -107,6 +107,7 @@ def watched(handler: DataChannelReceivable[Any], command: DrillCommand | None, *
     object.__setattr__(handler, "make_safe", _recorded(make_safe, recorder, "safe"))
     if not live:
         object.__setattr__(handler, "peer_left", _ignore)
+        object.__setattr__(handler, "keeper", None)  # what it shares is not entered: nobody starts that
         object.__setattr__(handler, "reported_position", _obedient(recorder, command))
     return recorder
 

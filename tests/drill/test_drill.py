@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import pytest
 
 from mosaic_cmdvel.cmd_vel import CmdVelConfigurer
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrackConfigurer, MediaTrackHandler
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Keeper, MediaTrackConfigurer, MediaTrackHandler
 from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.drill import findings as drill_findings
@@ -571,6 +571,17 @@ async def test_no_live_drill_moves_an_arm_of_which_nobody_knows_where_it_is(
     assert why in found.why
 
 
+async def test_a_dry_drill_waits_for_no_device_that_is_kept(caplog: pytest.LogCaptureFixture) -> None:
+    class KeptSled(Sled):
+        def __init__(self, label: str) -> None:
+            super().__init__(label)
+            self.keeper = Keeper("sled", lambda: None)
+
+    found = await findings(connector(made_by(KeptSled), label="sled"), only=("silence", "safe-action"))
+    assert {one.verdict for one in found.values()} == {"passed"}
+    assert not [one.message for one in caplog.records if one.levelname == "ERROR"]
+
+
 async def test_a_report_that_is_never_given_is_told_in_a_dry_drill_and_what_a_dry_drill_does_not_ask() -> None:
     found = (await findings(arm(KnowsNothing, min=5, max=120), only=("holds-position",)))["holds-position"]
     assert (found.verdict, found.why) == (
@@ -593,7 +604,7 @@ async def test_a_rate_of_what_never_reports_can_not_begin_anywhere() -> None:
 
 async def test_no_live_drill_moves_an_arm_whose_sensor_says_nothing_and_says_so_once() -> None:
     (found,) = (await findings(arm(DeafSensor, min=5, max=120), live=True, only=("silence", "holds-position"))).values()
-    assert (found.exercise, found.verdict) == ("silence", "skipped")
+    assert (found.exercise, found.verdict) == ("silence", "failed")
     assert found.why.startswith("DeafSensor.reported_position says nothing of 'angle_deg', so a live drill")
     assert found.why.endswith("; nothing else of it is exercised")
 
