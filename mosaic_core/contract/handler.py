@@ -33,6 +33,7 @@ from mosaic_core.contract.declared.class_values import (
     is_said_later,
 )
 from mosaic_core.contract.declared.declared_message import DeclaredMessage
+from mosaic_core.contract.declared.instance_names import check_instance_names
 from mosaic_core.contract.declared.sent_picture import check_picture, check_stamp
 from mosaic_core.contract.declared.sent_sound import check_sound
 from mosaic_core.contract.declared.type_arguments import TypeArguments
@@ -401,6 +402,7 @@ def _known(said: Any) -> Any:
 def check_made(handler: Handler) -> None:
     """What a handler says by itself, in ``__init__`` or by a property, is held against the same rules as its class.
     Raises :class:`MosaicError`."""
+    check_instance_names(handler)
     check_said(type(handler), handler)
     if isinstance(handler, DataChannelReceivable):
         check_said_safety(type(handler), handler)

@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeVar, cast
 
 from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.devices.shared import Shared
-from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, check_made
 from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
 from mosaic_core.harness.right_kind import check_configurer
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -51,6 +51,8 @@ def build(
         raise ConfigError([*problems, *more])
     made = model(label, valid_params, safety=valid_safety, shared=shared).configure()
     handlers: Sequence[Handler] = made if isinstance(made, Sequence) else [made]
+    for handler in handlers:
+        check_made(handler)
     if safety:
         raw = ConnectorConfig(type=model.connector_type or "under-test", label=label, safety=dict(safety))
         installed = uninstalled(model, raw.type)

@@ -52,7 +52,15 @@ _OF_CONFIGURERS: Mapping[str, str] = {
     "safety": "Write defaults in a subclass of SafetyConfig, and name it: safety_model = MySafety.",
     "shared": "Leave it out: the robot gives it to __init__.",
 }
+OWNED = frozenset({
+    "every", "pause", "is_stopping", "monotonic_s", "count_loss", "tap_media", "tap_pictures", "tap_data", "direction",
+    "send", "send_json", "send_string", "send_bytes", "send_burst", "send_frame", "send_sound", "_send", "_host",
+})  # fmt: skip
+"""What every handler has from the framework, which calls it itself."""
 _API_VERSION = "MOSAIC_API_VERSION"
+
+
+ANOTHER_NAME = "Give yours another name: who calls this one means the framework's."
 
 
 def check_names(cls: type) -> None:
@@ -61,10 +69,13 @@ def check_names(cls: type) -> None:
         message = f"{_API_VERSION} stands in the class, and is read from its module."
         raise wrong_declaration(cls, message, "Write it above the class, at the left margin.")
     _check_annotations(cls)
+    _check_bind(cls)
     elsewhere = _OF_HANDLERS if hasattr(cls, "bind") else _OF_CONFIGURERS
     for name, value in vars(cls).items():
         if name in elsewhere and (isinstance(value, type) or not (callable(value) or hasattr(value, "__get__"))):
             raise wrong_declaration(cls, f"nobody reads the {name} of its class.", elsewhere[name])
+        if name in OWNED and any(hasattr(base, name) for base in cls.__mro__[1:]):
+            raise wrong_declaration(cls, f"{name} is the framework's own.", ANOTHER_NAME)
         if name.startswith("_") or any(hasattr(base, name) for base in cls.__mro__[1:]):
             continue
         is_called = isinstance(value, classmethod | staticmethod) or (callable(value) and not isinstance(value, type))
@@ -76,6 +87,18 @@ def check_names(cls: type) -> None:
             cure = f"Write {meant}(), or {cure}" if (meant := _meant_body(cls, name)) else f"D{cure[1:]}"
             raise wrong_declaration(cls, message, cure)
         _check_spelling(cls, name, BODIES if is_called else VALUES)
+
+
+def _check_bind(cls: type) -> None:
+    """Refuse a ``bind`` that is not the framework's, which is called with what the handler stands on."""
+    bind = vars(cls).get("bind")
+    if bind is None or not hasattr(super(cls, cls), "bind"):
+        return
+    try:
+        inspect.signature(bind).bind(None, None)
+    except (TypeError, ValueError):
+        cure = "Give yours another name, or write def bind(self, host), which begins with super().bind(host)."
+        raise wrong_declaration(cls, "bind is the framework's own, and called with a host.", cure) from None
 
 
 def _meant_body(cls: type, name: str) -> str:

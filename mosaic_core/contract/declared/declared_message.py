@@ -12,7 +12,10 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel, PydanticUserError, ValidationError
 from pydantic_core import PydanticSerializationError
 
-from mosaic_core.contract.declared.yielded import caller
+from mosaic_core.contract.declared.json_values import cure_of, unknown_to_json
+from mosaic_core.contract.declared.nested_models import names_of
+from mosaic_core.contract.declared.slips import slip_of
+from mosaic_core.contract.declared.yielded import caller, kind_of
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
 from mosaic_core.words.errors import MosaicError
@@ -55,11 +58,20 @@ class DeclaredMessage:
 
     def _check_shape(self, value: BaseModel | Mapping[str, Any], model: type[BaseModel]) -> None:
         nulled, _ = finite(_plain(value)[0], self._schema)
+        self._check_keys(value, nulled, [*names_of(model)])
         self._validate(value, nulled, model)
 
+    def _check_keys(self, value: Any, plain: Mapping[str, Any], known: list[str]) -> None:
+        """A key that is almost a field was meant to be it; others are for who knows more."""
+        slips = {key: slip_of(key, (name for name in known if name not in plain)) for key in plain if key not in known}
+        told = [f"no field '{key}': did you mean '{meant}'?" for key, meant in slips.items() if meant]
+        if told or len(slips) == len(plain) > 0:
+            raise self._wrong(value, told[0] if told else "none of its fields")
+
     def _validate(self, value: Any, plain: Any, model: type[BaseModel]) -> None:
+        """Of what goes out: a number as text would stay text."""
         try:
-            model.model_validate(plain, by_alias=True, by_name=True)
+            model.model_validate_json(to_json(plain), strict=True, by_alias=True, by_name=True)
         except ValidationError as error:
             mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
             fields = (f"{'.'.join(map(str, one['loc'])) or 'message'}: {one['msg']}" for one in mistakes)
@@ -74,6 +86,8 @@ class DeclaredMessage:
                 return to_json(plain)
             except ValueError:  # a number that JSON does not know
                 pass
+            except TypeError:
+                raise self._unknown_to_json(plain) from None
         refused = self.unsent(value)
         self._tell(label, refused)
         if refused:
@@ -82,6 +96,13 @@ class DeclaredMessage:
         if isinstance(value, BaseModel):
             self._validate(value, nulled, type(value))
         return to_json(nulled)
+
+    def _unknown_to_json(self, plain: Any) -> MosaicError:
+        field, odd = next(unknown_to_json(plain), ("", plain))
+        at = f" ({place})" if (place := caller() or self._place) else ""
+        cure, what = cure_of(odd), f"{field!r} as {kind_of(odd)}" if field else kind_of(odd)
+        message = f"{self._handler.__qualname__}{at} sends {what}, which JSON does not know: {cure}"
+        return MosaicError(message, code="plugin.wrong_message", cure=cure)
 
     def unsent(self, value: JsonMessage) -> tuple[str, ...]:
         """The fields because of which it must not be sent: they are no finite number, and may not be absent."""

@@ -60,7 +60,7 @@ def kind_of(value: object) -> str:
     """The type of a value; of an array also the type of its numbers and its shape."""
     shape, numbers = getattr(value, "shape", None), getattr(value, "dtype", None)
     name = type(value).__name__
-    return f"{name} {numbers} {shape}" if isinstance(shape, tuple) and numbers is not None else name
+    return f"{name} {numbers} {shape}" if isinstance(shape, tuple) and shape and numbers is not None else name
 
 
 def hand_over(stream: object, item: Any, consume: Callable[[Any], R]) -> R:

@@ -21,6 +21,7 @@ from mosaic_core import (
     RequestHandler,
 )
 from mosaic_core.contract.declared.class_names import BODIES, VALUES
+from mosaic_core.contract.host import HandlerHost
 from mosaic_core.words.errors import MosaicError
 
 
@@ -300,3 +301,26 @@ def test_the_model_of_params_is_the_one_in_the_brackets() -> None:
 
         class Two(DataChannelConfigurer[NoParams]):
             params_model = Own
+
+
+@pytest.mark.parametrize("name", ["send", "pause", "every", "_send"])
+@pytest.mark.parametrize("value", [0.5, lambda self: None])
+def test_what_the_framework_calls_itself_is_not_written_anew(name: str, value: object) -> None:
+    with pytest.raises(MosaicError, match=rf": {name} is the framework's own\. Give yours another name"):
+        type("Own", (Tells,), {name: value})
+
+
+@pytest.mark.parametrize("value", [0.5, lambda self: None])
+def test_a_bind_that_takes_no_host_is_refused(value: object) -> None:
+    with pytest.raises(MosaicError, match=r"bind is the framework's own, .* write def bind\(self, host\)"):
+        type("Own", (Tells,), {"bind": value})
+
+
+def test_a_receiver_may_send_in_its_own_way_and_a_handler_may_add_to_bind() -> None:
+    class Sends(DataChannelReceivable[Wish]):
+        def send(self, speed: float) -> None:
+            """To its motor."""
+
+    class Adds(Tells):
+        def bind(self, host: HandlerHost) -> None:
+            super().bind(host)

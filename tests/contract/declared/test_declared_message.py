@@ -6,6 +6,8 @@ import json
 import logging
 import math
 from collections.abc import AsyncIterator, Iterator
+from datetime import datetime
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -66,8 +68,10 @@ def test_what_fits_the_declared_message_is_sent(value: Any) -> None:
     ("value", "what"),
     [
         ({"range_m": 1.0}, "keys range_m (angle_rad: Field required)"),
+        ({"angle_rad": "1"}, "keys angle_rad (angle_rad: Input should be a valid number"),
+        ({"angle_rad": 1, "range": 2}, "keys angle_rad, range (no field 'range': did you mean 'range_m'?)"),
         ({"angle_rad": "far"}, "keys angle_rad (angle_rad: Input should be a valid number"),
-        (Far(metres=1), "Far (angle_rad: Field required)"),
+        (Far(metres=1), "Far (none of its fields)"),
         ([1.0], "list"),
         ("1.0", "str"),
         (b"1", "bytes"),
@@ -164,16 +168,16 @@ def test_a_shape_is_validated_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     meter, validated = Meter("meter"), list[Any]()
     fake_host(meter)
-    usual = Counted.model_validate
+    usual = Counted.model_validate_json
 
     def counted(value: Any, **how: Any) -> Any:
         validated.append(value)
         return usual(value, **how)
 
-    monkeypatch.setattr(Counted, "model_validate", counted)
+    monkeypatch.setattr(Counted, "model_validate_json", counted)
     for number in range(5):
         meter.send_json({"v": number})
-    assert validated == [{"v": 0}]
+    assert validated == ['{"v":0}']
 
 
 def test_a_number_that_is_not_finite_is_null_where_it_may_be_absent() -> None:
@@ -301,3 +305,44 @@ def test_an_attribute_that_was_set_to_another_type_is_told_where_it_is_sent() ->
     scan.angle_rad = "far"  # type: ignore[assignment]
     with pytest.raises(MosaicError, match=r"declares Scan and sends Scan \(angle_rad: Input should be a valid number"):
         lidar.send(scan)
+
+
+class Choice(Message):
+    angle_rad: float = 0.0
+
+
+class Chooser(DataChannelSendable[Choice]):
+    def __init__(self, value: Any) -> None:
+        super().__init__("chooser")
+        self.value = value
+
+    def messages(self) -> Iterator[Any]:
+        yield self.value
+
+
+@pytest.mark.parametrize("value", [Far(metres=1), {"metres": 1}])
+def test_a_message_of_which_all_may_be_left_out_is_not_just_anything(value: Any) -> None:
+    with pytest.raises(MosaicError, match=r"declares Choice and sends .*\(none of its fields\)"):
+        collect(Chooser(value), 1)
+    assert collect(Chooser({}), 1) == [{}]
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ({"angle_rad": np.float32(1)}, "sends 'angle_rad' as float32, .*: write float"),
+        ({"angle_rad": 1, "near": [{"at": np.int64(3)}]}, r"sends 'near\.0\.at' as int64, .*: write float"),
+        ({"angle_rad": 1, "all": np.zeros(3)}, r"sends 'all' as ndarray float64 \(3,\), .*: write \.tolist\(\) of it"),
+        ({"angle_rad": 1, "at": datetime(2026, 1, 1)}, r"sends 'at' as datetime, .*: write \.isoformat\(\)"),
+        ({"angle_rad": 1, "raw": b"1"}, "sends 'raw' as bytes, .*: send bytes from a DataChannelSendable"),
+        ({"angle_rad": 1, "some": {1}}, r"sends 'some' as set, .*: write sorted\(…\) of it"),
+        ({"angle_rad": 1, "odd": MappingProxyType({})}, r"sends 'odd' as mappingproxy, .*: write dict\(…\) of it"),
+        ({"angle_rad": 1, "odd": object()}, "sends 'odd' as object, .*: write numbers, text, lists and mappings"),
+    ],
+)
+def test_what_json_does_not_know_is_told_with_line_field_and_cure(value: Any, told: str) -> None:
+    line = Lidar.messages.__code__.co_firstlineno + 1
+    with pytest.raises(MosaicError, match=told) as caught:
+        collect(Lidar(value), 1)
+    assert caught.value.code == "plugin.wrong_message"
+    assert caught.value.message.startswith(f"Lidar ({__file__}:{line}) sends ")

@@ -1,0 +1,61 @@
+"""An attribute that ``__init__`` sets and that hides the framework's own, or is misspelt, is refused when made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MosaicError, NoParams
+from mosaic_core.testing import build
+
+
+class Lift(DataChannelReceivable[dict[str, Any]]):
+    attributes: dict[str, Any]
+
+    def handle_data(self, data: dict[str, Any]) -> None:
+        self.told = (data, self.time_out_s)
+
+    def make_safe(self, cause: str) -> None:
+        """Nothing moves."""
+
+    time_out_s: float
+
+
+def made_with(name: str, value: object) -> Lift:
+    class Set(Lift):
+        def __init__(self, label: str) -> None:
+            super().__init__(label)
+            setattr(self, name, value)
+
+    class SetConfigurer(DataChannelConfigurer[NoParams]):
+        def configure(self) -> Lift:
+            return Set(self.label)
+
+    return build(SetConfigurer)
+
+
+@pytest.mark.parametrize("name", ["_host", "pause", "every", "make_safe"])
+def test_what_the_framework_has_is_not_set(name: str) -> None:
+    with pytest.raises(MosaicError, match=rf"Set: it sets {name}, which is the framework's own\. Give yours another"):
+        made_with(name, "192.168.1.4")
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"), [("timout_s", "timeout_s"), ("require_lease", "requires_lease"), ("resorce", "resource")]
+)
+def test_a_misspelt_value_is_told_with_the_one_that_was_meant(name: str, meant: str) -> None:
+    with pytest.raises(MosaicError, match=rf"it sets '{name}', which nothing reads; did you mean '{meant}'\?"):
+        made_with(name, 1)
+
+
+@pytest.mark.parametrize("name", ["send", "limit", "motion", "timeout_s", "time_out_s", "_timout"])
+def test_a_name_of_the_authors_own_is_left_alone(name: str) -> None:
+    """``send``: a receiver has none; ``limit``: another word; ``time_out_s``: his own code reads it."""
+    made_with(name, 1.0)
+
+
+def test_a_body_may_be_a_function_of_the_instance() -> None:
+    told: list[Any] = []
+    made_with("handle_data", told.append).handle_data({"x": 1})
+    assert told == [{"x": 1}]
