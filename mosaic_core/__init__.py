@@ -43,7 +43,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.words.data_type import Delivery, MosaicDataType
     from mosaic_core.words.delivery import DeliveryContract
     from mosaic_core.words.errors import ConfigError, DeviceGone, MosaicError, PluginError
-    from mosaic_core.words.safety_config import FieldBounds
+    from mosaic_core.words.safety_config import FieldBounds, SafetyConfig
 
     AMediaTrackHandler = MediaTrackHandler
     """MOSAIC's own name for :class:`MediaTrackHandler`."""
@@ -89,6 +89,7 @@ __all__ = [
     "Refused",
     "Request",
     "RequestHandler",
+    "SafetyConfig",
     "Sender",
     "Shared",
     "Sound",

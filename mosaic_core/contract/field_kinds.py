@@ -23,6 +23,12 @@ def own_kind(
     return "velocity" if field in velocities else None
 
 
+def cure_of_kind(own: MotionKind) -> str:
+    """Of a limit of another kind than its receiver calls the field."""
+    other = "position_fields" if own == "velocity" else "motion_fields"
+    return f"remove `kind`, or name it in {other} of its class if that is what it is"
+
+
 def kind_of(
     field: str,
     bounds: FieldBounds,
@@ -35,7 +41,7 @@ def kind_of(
     own = own_kind(field, fields, velocities, positions)
     if own is not None and bounds.kind not in (None, own):
         message = f"'{field}' is a {own}, and can't be limited as a {bounds.kind}"
-        raise ImpossibleLimit(message, key="kind", cure="remove `kind`")
+        raise ImpossibleLimit(message, key="kind", cure=cure_of_kind(own))
     kind: MotionKind = own or bounds.kind or "velocity"
     if kind == "velocity" and fields.list_of(field) is not None:
         message = f"'{field}' stands in a list, of which only positions can be limited"

@@ -77,7 +77,8 @@ class FieldLimit:
         for key, is_wrong in (("min", (self.min or 0) > 0), ("max", (self.max or 0) < 0)):
             if is_wrong:
                 message = f"limit of {name}: zero must be allowed (min <= 0 <= max), or nothing could stand still"
-                raise ImpossibleLimit(message, key=key, cure="write `kind: position` if 0 is no standstill")
+                cure = "where 0 is no standstill write `kind: position`, or name it in position_fields of its class"
+                raise ImpossibleLimit(message, key=key, cure=cure)
         if self.max_rate_per_s is not None:
             message = f"limit of {name}: max_rate_per_s is for a position, and this is a velocity"
             cure = "write max_rise_per_s and max_fall_per_s, or `kind: position` if 0 is no standstill"

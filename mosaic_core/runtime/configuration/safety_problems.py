@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from mosaic_core.contract.field_kinds import kind_of
+from mosaic_core.contract.field_kinds import cure_of_kind, kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
 from mosaic_core.machines.commands.number_list import EVERY
@@ -111,7 +111,7 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
         own = kind_for(handler, one.safety, field)
         if own is not None and bounds.kind not in (None, own):
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
-            yield field, _limit_problem(one, handler, message, field, "kind", cure="remove `kind`")
+            yield field, _limit_problem(one, handler, message, field, "kind", cure=cure_of_kind(own))
             bounds = bounds.model_copy(update={"kind": None})
         kind = own or kind_of(field, bounds, fields, handler.motion_fields, handler.position_fields)
         wrongs, limit = _sound_limit(field, bounds, kind)

@@ -170,7 +170,7 @@ AT_MOST = FieldBounds(max=1.0)
         (
             Takes,
             {"limits": {"angle": FieldBounds(kind="velocity")}, "position_fields": ("angle",)},
-            "'angle' is a position, and can't be limited as a velocity. Cure: remove `kind`.",
+            "'angle' is a position, and can't be limited as a velocity. Cure: remove `kind`, or name it in",
         ),
         (
             Takes,
@@ -186,7 +186,7 @@ AT_MOST = FieldBounds(max=1.0)
         (
             Moves,
             {"limits": {"positions.*": FieldBounds(kind="velocity")}},
-            "'positions.*' is a position, and can't be limited as a velocity. Cure: remove `kind`.",
+            "'positions.*' is a position, and can't be limited as a velocity. Cure: remove `kind`, or name it in",
         ),
         (
             Moves,

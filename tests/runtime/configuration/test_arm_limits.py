@@ -108,7 +108,7 @@ def problems_of(**safety: Any) -> list[Problem]:
             {"kind": "velocity"},
             "positions.elbow.kind",
             "'positions.elbow' is a position to connector 'a', and can't be limited as a velocity",
-            "remove `kind`",
+            "remove `kind`, or name it in motion_fields of its class if that is what it is",
         ),
         (
             "positions.elbow",

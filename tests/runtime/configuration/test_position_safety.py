@@ -82,19 +82,19 @@ REPORT = "let Blind implement reported_position, or remove max_rate_per_s"
             field("angle", kind="velocity"),
             "limits.angle.kind",
             "'angle' is a position to connector 'a', and can't be limited as a velocity",
-            "remove `kind`",
+            "remove `kind`, or name it in motion_fields of its class if that is what it is",
         ),
         (
             field("speed", kind="position"),
             "limits.speed.kind",
             "'speed' is a velocity to connector 'a', and can't be limited as a position",
-            "remove `kind`",
+            "remove `kind`, or name it in position_fields of its class if that is what it is",
         ),
         (
             field("effort", min=5),
             "limits.effort.min",
             f"connector 'a': limit of effort: {ZERO}",
-            "write `kind: position` if 0 is no standstill",
+            "where 0 is no standstill write `kind: position`, or name it in position_fields of its class",
         ),
         (
             field("angle", max_fall_per_s=5),

@@ -24,14 +24,15 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
     """What the framework can't do for a receiver that says it moves something: stop it, or slow it down."""
     safety = one.safety
     for handler in receivers(handlers):
-        yield from _unstopped(one, handler)
+        unstopped = [*_unstopped(one, handler)]
+        yield from unstopped
         yield from _on_the_loop(one, handler)
         yield from _unasked(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
         has_fields = says_motion(type(handler)) or handler.position_fields or own_limits
-        if not is_mover or has_fields:
+        if unstopped or not is_mover or has_fields:
             continue
         if moving := getattr(message_type, "motion_kinds", None):
             message = (
@@ -90,16 +91,19 @@ def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> It
     has_timeout = timeout_of(safety, handler) is not None
     has_action = kind.make_safe is not DataChannelReceivable.make_safe
     is_bounded = isinstance(handler, RequestHandler) or (safety.on_loss or safety.on_timeout) != "callback"
-    if is_bounded or (not fields and (resource is None or says_motion(kind) or has_timeout or has_action)):
+    if is_bounded or (has_timeout and has_action):
         return
-    if has_timeout and has_action:
+    is_leased = resource is not None and not says_motion(kind)
+    if not fields and (has_action or not (has_timeout or is_leased)):
         return
-    why = f"by {' and '.join(map(repr, fields))}" if fields else f"under the lease '{resource}'"
+    does = f"moves by {' and '.join(map(repr, fields))}" if fields else f"moves under the lease '{resource}'"
+    if not fields and not is_leased:
+        does = "has a time-out"
     missing, consequence = _LACKING[has_timeout, has_action]
-    message = f"connector '{one.config.label}' moves {why}, and {consequence}"
-    rest = "position_fields" if handler.position_fields else "motion_fields"
-    cure = f"write {missing} in {kind.__name__}{standing_at(kind)}, or {rest} = () if it moves nothing"
-    yield one.problem(message, "safety", cure=cure)
+    rest = "position_fields = ()" if handler.position_fields else "motion_fields = ()"
+    otherwise = "leave timeout_s out" if has_timeout and not fields else rest
+    cure = f"write {missing} in {kind.__name__}{standing_at(kind)}, or {otherwise} if it moves nothing"
+    yield one.problem(f"connector '{one.config.label}' {does}, and {consequence}", "safety", cure=cure)
 
 
 _LACKING = {

@@ -101,17 +101,21 @@ class Place:
         return Problem(message, cure=cure)
 
 
+def test_a_time_out_of_the_file_after_which_nothing_happens_is_told() -> None:
+    one: Any = Place(timeout_s=1.0)
+    (hint,) = guard_hints(one, (Lamp("it"),))
+    told = "connector 'it' has a time-out, and nothing stops it: without make_safe nothing happens after timeout_s"
+    assert hint.message == told
+    assert hint.cure.startswith("write make_safe in Lamp (")
+    assert hint.cure.endswith("or leave timeout_s out if it moves nothing")
+
+
 @pytest.mark.parametrize(
     ("handler", "safety", "cure"),
     [
         (Stops, {}, "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"),
         (Timed, {}, "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"),
         (Text, {}, "it takes no JSON messages, so it can't: let it stop quickly by itself"),
-        (
-            Lamp,
-            {"timeout_s": 1.0},
-            "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing",
-        ),
         (Lamp, {}, None),
         (Named, {"timeout_s": 0.3}, None),
         (SaysSo, {}, None),
