@@ -6,7 +6,7 @@ from __future__ import annotations
 import ast
 import asyncio
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Mapping
 from pathlib import Path
 
 from mosaic_core.doctor.config_checks import ConfigRead
@@ -17,15 +17,47 @@ MAX_FILES = 200
 """Of one package."""
 
 
+_VERBS = ("get", "post", "put", "patch", "delete", "head", "options", "request")
+WAITS = frozenset({
+    "time.sleep", "os.system", "os.wait", "input", "urllib.request.urlopen", "serial.Serial", "cv2.VideoCapture",
+    *(f"subprocess.{name}" for name in ("run", "call", "check_call", "check_output", "getoutput")),
+    *(f"socket.{name}" for name in ("create_connection", "getaddrinfo", "gethostbyname")),
+    *(f"{module}.{verb}" for module in ("requests", "httpx") for verb in _VERBS),
+})  # fmt: skip
+"""Functions that return when something outside has answered."""
+
+
 def blocking_lines(source: str) -> Iterator[tuple[int, str]]:
-    """``(line, what)`` of what would block in an ``async def``: a plain ``for`` over ``every``, ``time.sleep``,
-    ``self.pause``, ``request.pause``. Raises :class:`SyntaxError`."""
-    for function in ast.walk(ast.parse(source)):
+    """``(line, what)`` of what would block in an ``async def``: a plain ``for`` over ``every``, ``self.pause``,
+    ``request.pause``, a call of one of :data:`WAITS`. Raises :class:`SyntaxError`."""
+    tree = ast.parse(source)
+    names = dict(_imported(tree))
+    for function in ast.walk(tree):
         if isinstance(function, ast.AsyncFunctionDef):
-            yield from _blocking(function)
+            yield from _blocking(function, names)
 
 
-def _blocking(function: ast.AsyncFunctionDef) -> Iterator[tuple[int, str]]:
+def _imported(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    """What imported names stand for, dotted."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.asname, alias.name) for alias in node.names if alias.asname)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield from ((alias.asname or alias.name, f"{node.module}.{alias.name}") for alias in node.names)
+
+
+def _dotted(function: ast.expr, names: Mapping[str, str]) -> str:
+    """``subprocess.run`` of what is called, whatever it was imported as; empty for what no name says."""
+    parts: list[str] = []
+    while isinstance(function, ast.Attribute):
+        parts.append(function.attr)
+        function = function.value
+    if not isinstance(function, ast.Name):
+        return ""
+    return ".".join((names.get(function.id, function.id), *reversed(parts)))
+
+
+def _blocking(function: ast.AsyncFunctionDef, names: Mapping[str, str]) -> Iterator[tuple[int, str]]:
     waiting: list[ast.AST] = [*function.body]
     while waiting:
         node = waiting.pop(0)
@@ -34,10 +66,10 @@ def _blocking(function: ast.AsyncFunctionDef) -> Iterator[tuple[int, str]]:
         match node:
             case ast.For(iter=ast.Call(func=ast.Attribute(attr="every"))):
                 yield node.lineno, "for … in every(…)"
-            case ast.Call(func=ast.Attribute(value=ast.Name(id="time"), attr="sleep")):
-                yield node.lineno, "time.sleep(…)"
             case ast.Call(func=ast.Attribute(value=ast.Name(id="self" | "request" as whose), attr="pause")):
                 yield node.lineno, f"{whose}.pause(…)"
+            case ast.Call(func=called) if _dotted(called, names) in WAITS:
+                yield node.lineno, f"{_dotted(called, names)}(…)"
             case _:
                 pass
         waiting += ast.iter_child_nodes(node)

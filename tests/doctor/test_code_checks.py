@@ -7,7 +7,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from mosaic_core.doctor.code_checks import blocking_lines, code_checks
+import pytest
+
+from mosaic_core.doctor.code_checks import WAITS, blocking_lines, code_checks
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 
 SOURCE = """
@@ -39,6 +41,32 @@ def test_what_blocks_in_an_async_def_is_found_with_its_line() -> None:
         (10, "time.sleep(…)"),
         (11, "self.pause(…)"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "found"),
+    [
+        ("import subprocess as sp", "sp.run(['x'])"),
+        ("from subprocess import check_output as out", "out(['x'])"),
+        ("import urllib.request", "urllib.request.urlopen('x')"),
+        ("import httpx", "httpx.get('x')"),
+        ("import requests", "requests.post('x')"),
+        ("import socket", "socket.create_connection(('x', 1))"),
+        ("import serial", "serial.Serial('x').readline()"),
+        ("from time import sleep", "sleep(1)"),
+    ],
+)
+def test_a_call_that_waits_is_found_whatever_it_was_imported_as(lines: str, found: str) -> None:
+    ((line, what),) = blocking_lines(f"{lines}\nasync def messages():\n    {found}\n")
+    assert line == 3
+    assert what.removesuffix("(…)") in WAITS
+
+
+@pytest.mark.parametrize(
+    "line", ["await to_thread(subprocess.run, ['x'])", "await client.get('x')", "self.run()", "sleep(1)", "(f())()"]
+)
+def test_what_is_awaited_or_nobody_knows_is_left_alone(line: str) -> None:
+    assert not [*blocking_lines(f"import subprocess\nfrom .mine import sleep\nasync def messages():\n    {line}\n")]
 
 
 def read_of(*modules: str, local: Any = None) -> Any:

@@ -37,7 +37,7 @@ KINDS = {
         "A temperature that a sensor measures.", {"params": {"port": "/dev/ttyUSB0", "period_s": 0.5}}
     ),
     "actuator": PluginKind(
-        "A motor that an operator turns.", {"params": {"port": "/dev/ttyUSB0"}, "safety": {"timeout_s": 0.3}}
+        "A motor that an operator turns.", {"params": {"port": "/dev/ttyUSB0"}, "safety": {"max_rate_hz": 50}}
     ),
     "camera": PluginKind(
         "The pictures of a camera.",
@@ -51,7 +51,7 @@ KINDS = {
         "A joint: where it is, how fast it turns, and its mean position on request.",
         {"params": {"port": "/dev/ttyUSB0", "period_s": 0.1}},
         more={
-            "speed": {"params": {"port": "/dev/ttyUSB0"}, "safety": {"timeout_s": 0.3}},
+            "speed": {"params": {"port": "/dev/ttyUSB0"}, "safety": {"max_rate_hz": 50}},
             "average": {"params": {"port": "/dev/ttyUSB0", "period_s": 0.1}},
         },
         has_widget=True,

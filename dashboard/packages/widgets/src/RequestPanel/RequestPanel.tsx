@@ -61,7 +61,7 @@ function Answer({ schema, answer }: { schema: WidgetProps['entry']['answerSchema
       {fields.map((field) => (
         <div key={field.path.join('.')} title={field.description}>
           <dt>{field.name}</dt>
-          <dd>{`${formatted(field.value, field.unit, field.isInteger)} ${field.unit}`.trim()}</dd>
+          <dd>{`${formatted(field.value, field.unit, true)} ${field.unit}`.trim()}</dd>
         </div>
       ))}
     </dl>
@@ -78,7 +78,7 @@ function stateText(phase: string, progress: unknown, error: MosaicError | null):
   if (phase === 'answered') return 'Answered'
   if (phase !== 'asking') return 'Ctrl+Enter asks'
   const fields = fieldValues(undefined, progress)
-  return fields.map(({ name, unit, value }) => `${name} ${formatted(value, unit)} ${unit}`.trim()).join(', ') || 'Asked'
+  return fields.map(({ name, unit, value }) => `${name} ${formatted(value, unit, true)} ${unit}`.trim()).join(', ') || 'Asked'
 }
 
 /** Nothing leaves the page now: somebody else commands, or the robot is stopped. */
