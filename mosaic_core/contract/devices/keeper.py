@@ -58,6 +58,8 @@ class Keeper:
         """Why the device is away, as far as anybody has noticed. Any thread."""
         self.failures = 0
         """Since the device was there last."""
+        self._has_worked = False
+        self._bug = ""
 
     def start(self) -> None:
         """Begin to take turns. Never blocks."""
@@ -88,10 +90,24 @@ class Keeper:
         self._tell_away(gone, wait_s)
         return wait_s
 
+    def broke(self, error: Exception) -> float:
+        """As :meth:`failed`, of a turn with a bug, or with an error that its author did not foresee: told once, with the
+        traceback. A device that was not open before is away."""
+        wait_s, said = self.failed(), f"{type(error).__name__}: {error}"
+        hint = "; if the device may be away, raise DeviceGone from it" if isinstance(error, OSError) else ""
+        level = logging.ERROR if said != self._bug else logging.DEBUG
+        self._bug = said
+        told = (self._name, said, hint, again_in(wait_s))
+        _log.log(level, "%s: a turn failed: %s%s; the next one comes %s", *told, exc_info=error)
+        if not self._has_worked or self.absence is not None:
+            self._tell_away(DeviceGone(f"{self._name} could not be opened: {said}"), wait_s, is_told=True)
+        return wait_s
+
     def worked(self) -> None:
         """The device is there: the next failure is a first one again. A turn that returns without having :meth:`failed`
         says so by that, unless the device was :meth:`lost` meanwhile."""
         self.failures = 0
+        self._has_worked, self._bug = True, ""
         self._backoff.reset()
         if self.absence is not None:
             self._tell_back()
@@ -115,13 +131,13 @@ class Keeper:
         with self._absence_lock:
             self._listeners.remove(listener)
 
-    def _tell_away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
+    def _tell_away(self, gone: DeviceGone, tries_again_in_s: float, *, is_told: bool = False) -> None:
         with self._absence_lock:
             is_news = self.absence is None or str(self.absence) != str(gone)
             self.absence = _alone(gone)
             for one in self._listeners:
                 one.away(gone, tries_again_in_s)
-            if is_news and not self._listeners:
+            if is_news and not self._listeners and not is_told:
                 _log.warning("%s: %s; tries again %s", self._name, self.absence, again_in(tries_again_in_s))
 
     def _tell_back(self) -> None:
@@ -206,10 +222,8 @@ class _KeeperThread(threading.Thread):
             self.wait(rest_s)
         except DeviceGone as gone:
             return self.keeper.away(gone)
-        except Exception:  # noqa: BLE001 - code of a plugin may raise anything, and return what is no time
-            wait_s = self.keeper.failed()
-            _log.exception("%s: a turn failed; the next one comes in %s s", self.name, wait_s)
-            return wait_s
+        except Exception as error:  # noqa: BLE001 - code of a plugin may raise anything, and return what is no time
+            return self.keeper.broke(error)
         return None
 
     def wait(self, seconds: float | None) -> None:

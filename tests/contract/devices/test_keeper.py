@@ -135,8 +135,33 @@ def test_a_turn_that_is_wrong_is_told_and_followed_by_another_one(
         assert works.wait(IN_TIME_S)
     assert left.is_set()
     (told,) = caplog.records
-    assert told.getMessage() == "bus: a turn failed; the next one comes in 0.001 s"
+    assert told.getMessage().startswith("bus: a turn failed: ")
+    assert told.getMessage().endswith("; the next one comes at once")
     assert said in str(told.exc_info)
+
+
+def no_port() -> float:
+    raise FileNotFoundError("/dev/ttyUSB9")
+
+
+def test_a_device_whose_opening_breaks_is_away_and_one_that_is_open_stays(caplog: pytest.LogCaptureFixture) -> None:
+    turns: list[Callable[[], float | None]] = [no_port, no_port, lambda: 0.0, no_port, lambda: None]
+    heard, over = Listener(), threading.Event()
+
+    def turn() -> float | None:
+        if len(turns) == 1:
+            over.set()
+        return turns.pop(0)() if turns else None
+
+    keeper = Keeper("bus", turn, retry=BackoffPolicy(0.001, max_s=0.001, jitter=0.0))
+    keeper.listen(heard)
+    with started(keeper):
+        assert over.wait(IN_TIME_S)
+    words = "bus could not be opened: FileNotFoundError: /dev/ttyUSB9"
+    assert heard.heard == [f"{words} 0.001", f"{words} 0.001", "back"]
+    told = [one.getMessage() for one in caplog.records if one.levelname == "ERROR"]
+    hint = "if the device may be away, raise DeviceGone from it"
+    assert told == [f"bus: a turn failed: FileNotFoundError: /dev/ttyUSB9; {hint}; the next one comes at once"] * 2
 
 
 def test_a_keeper_that_was_not_started_stops_and_is_woken_for_nothing() -> None:

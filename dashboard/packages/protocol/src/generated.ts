@@ -862,7 +862,7 @@ export const REASONS = {
   'safety.lease_lost': { sentence: 'The commanding operator lost the lease; the safe action ran.', cure: 'Take control again, if whoever has it agrees.' },
   'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: 'Clear the stop, let go, and command anew.' },
   'safety.stopped': { sentence: 'The robot was stopped and takes no commands until that is cleared.', cure: 'Look at the robot, then clear the stop: the lease holder or a supervisor can.' },
-  'safety.release_first': { sentence: 'A stop was cleared, and whoever sent this went on sending through it: let go first.', cure: 'Let go of key, stick or pad; a program sends zero once, or nothing for as long as the time-out. Then command anew.' },
+  'safety.release_first': { sentence: 'A stop was cleared, or the device came back, and whoever sent this went on sending meanwhile: let go first.', cure: 'Let go of key, stick or pad; a program sends zero once, or nothing for as long as the time-out. Then command anew.' },
   'safety.person_clears': { sentence: 'Only a person clears a stop; a program never does.', cure: 'Let a person who holds the lease, or who supervises, look at the robot and clear it: on its page, or with `mosaic operator clear` at a terminal. Where a person decides in your program, sign in with `is_person=True`, and not with an account made by `--program`.' },
   'safety.stop_taken': { sentence: 'A supervisor has taken from this observer the right to stop this robot.', cure: 'Tell a supervisor what you see; one can give the right back.' },
   'safety.always_stops': { sentence: 'Operators and supervisors may always stop a robot.', cure: 'Give the account the role observer first, or talk to whoever says stop.' },
