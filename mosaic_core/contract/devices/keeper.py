@@ -91,8 +91,8 @@ class Keeper:
         return wait_s
 
     def broke(self, error: Exception) -> float:
-        """As :meth:`failed`, of a turn with a bug, or with an error that its author did not foresee: told once, with the
-        traceback. A device that was not open before is away."""
+        """As :meth:`failed`, of a turn with a bug or an error that its author did not foresee, which is told once, with
+        the traceback. A device that was not open before is away."""
         wait_s, said = self.failed(), f"{type(error).__name__}: {error}"
         hint = "; if the device may be away, raise DeviceGone from it" if isinstance(error, OSError) else ""
         level = logging.ERROR if said != self._bug else logging.DEBUG

@@ -20,6 +20,9 @@ _UNCLEAR = re.compile(r"\bexport\s*(?:\*|(?:const|let|var)\s*(?:[\[{]|[^;\n]*,))
 """Exports whose names a glance does not tell."""
 _VERSION = re.compile(r"(?<![\w$.])apiVersion\s*=\s*(\d+)")
 _VERSION_LISTED = re.compile(r"\bexport\s*\{[^}]*?([\w$]+)\s+as\s+apiVersion\b")
+SHARED = ("react", "react/jsx-runtime", "react-dom", "@mosaic/client", "@mosaic/react", "@mosaic/widgets")
+"""The modules that the page has; everything else a widget brings with it."""
+_IMPORTED = re.compile(r"""(?:^|;)\s*(?:import|export)\b[^'"`;(=]*?(?:\bfrom\s*)?(['"])([^'"]+)\1""", re.MULTILINE)
 _NODE_SAYS = re.compile(r"^\[stdin\]:(\d+)$.*?^SyntaxError: (.*?)$", re.MULTILINE | re.DOTALL)
 
 
@@ -39,6 +42,10 @@ def page_faults(text: str, export: str) -> Iterator[PageFault]:
     if broken is not None:
         yield broken
         return
+    for found in _IMPORTED.finditer(text):
+        if found[2] not in SHARED:
+            line = text.count("\n", 0, found.start(2)) + 1
+            yield PageFault(line, f"imports '{found[2]}', which the page does not have: build it into the file")
     exports = exports_of(text)
     if not _UNCLEAR.search(text):
         if export not in exports:

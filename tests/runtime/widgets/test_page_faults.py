@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mosaic_core.runtime.widgets import page_faults as judge
-from mosaic_core.runtime.widgets.page_faults import WIDGET_API_VERSION, PageFault, page_faults
+from mosaic_core.runtime.widgets.page_faults import SHARED, WIDGET_API_VERSION, PageFault, page_faults
 
 CONTRACT = Path(__file__).parents[3] / "dashboard/packages/app/src/plugins/exportedWidget.ts"
 GOOD = "import { createElement } from 'react'\nexport const apiVersion = 1\nexport function ArmPanel() {}\n"
@@ -30,6 +30,33 @@ def told(text: str, export: str = "ArmPanel") -> list[tuple[int | None, str]]:
 )
 def test_a_module_that_the_page_loads_has_no_fault(text: str) -> None:
     assert told(text) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import { line } from 'd3'",
+        'import*as d3 from"d3"',
+        "import 'd3'",
+        "export { a } from 'd3'",
+        "import{jsx}from'react';import{line}from'd3';const a='x'",
+        "import {\n  line,\n} from 'd3'",
+    ],
+)
+def test_a_module_that_the_page_does_not_have_is_told_with_its_line(line: str) -> None:
+    fault = (2 + line.count("\n"), "imports 'd3', which the page does not have: build it into the file")
+    assert told(f"\n{line}\n{GOOD}") == [fault]
+
+
+def test_what_only_looks_like_an_import_is_none() -> None:
+    lazy = "const later = () => import('d3')\nexport const name = 'd3'\nimport('d3')"
+    assert told(f"{lazy}\n// import x from 'd3'\nconst text = `\nsays import x from 'd3'`\n{GOOD}") == []
+
+
+def test_the_shared_modules_are_those_of_the_dashboard() -> None:
+    shared = (CONTRACT.parents[2] / "sharedModules.ts").read_text()
+    (listed,) = re.findall(r"SHARED = \[(.*?)\]", shared)
+    assert tuple(re.findall(r"'([^']+)'", listed)) == SHARED
 
 
 def test_the_version_is_that_of_the_dashboard() -> None:

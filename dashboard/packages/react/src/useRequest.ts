@@ -34,12 +34,19 @@ const IDLE = { phase: 'idle', progress: null, answer: null, error: null } as con
 export function useRequest<Q = unknown, A = unknown>(robotId: string, label: string): Requests<Q, A> {
   const stores = useMosaicStore()
   const caller = useRef<RequestCaller | null>(null)
+  const refusal = useRef(new MosaicError('request.not_sent'))
   const newest = useRef<AbortController | null>(null)
   const [view, setView] = useState<RequestView<A>>(IDLE)
 
   useEffect(() => {
     const connector = { robotId, connectorId: label, dataType: 'json-bi' } as const
-    const own = new RequestCaller(stores.getOrCreateStore(connector, BidirectionalStore))
+    let own: RequestCaller
+    try {
+      own = new RequestCaller(stores.getOrCreateStore(connector, BidirectionalStore))
+    } catch {
+      refusal.current = new MosaicError('channel.wrong_direction', `'${label}' answers no requests: it is shown here as something else.`)
+      return undefined
+    }
     caller.current = own
     return () => {
       own.close()
@@ -62,7 +69,7 @@ export function useRequest<Q = unknown, A = unknown>(robotId: string, label: str
       options.onProgress?.(progress)
     }
     const asked = caller.current?.request(question, { ...options, onProgress, signal: own.signal }) as Promise<A> | undefined
-    const answer = asked ?? Promise.reject(new MosaicError('request.not_sent'))
+    const answer = asked ?? Promise.reject(refusal.current)
     answer.then(
       (value) => show({ phase: 'answered', answer: value }),
       (error: unknown) => show({ phase: 'failed', error: error instanceof MosaicError ? error : new MosaicError('request.failed') }),

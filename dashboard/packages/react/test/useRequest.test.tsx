@@ -1,4 +1,4 @@
-import { BidirectionalStore } from '@mosaic/client'
+import { BidirectionalStore, MediaStreamStore } from '@mosaic/client'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import { afterEach, expect, test, vi } from 'vitest'
 import { MosaicProvider, useRequest, type Requests } from '../src/index'
@@ -79,4 +79,17 @@ test('a signal takes it back, also one that was given before', async () => {
   expect(await end).toBe('request.cancelled')
   expect(await failed(ask(2, { signal: abort.signal }))).toBe('request.cancelled')
   expect(sent.map(({ question, cancel }) => cancel ?? question)).toEqual([1, true])
+})
+
+test('a connector that the page shows as something else refuses, and the page stays', async () => {
+  const client = offlineClient()
+  client.storeManager.getOrCreateStore({ robotId: 'r', connectorId: 'front', dataType: 'media' }, MediaStreamStore)
+  const shown: { requests: Requests<number, string> | null } = { requests: null }
+  function Page() {
+    shown.requests = useRequest<number, string>('r', 'front')
+    return <p>{shown.requests.error?.message}</p>
+  }
+  render(<MosaicProvider client={client}><Page /></MosaicProvider>)
+  await act(async () => expect(await failed(shown.requests?.ask(1) ?? Promise.resolve())).toBe('channel.wrong_direction'))
+  expect(screen.getByText(/'front' answers no requests/)).toBeDefined()
 })

@@ -89,12 +89,14 @@ export class RequestCaller {
   /** A store that is not open yet gets the question when it is. */
   private send(id: string): void {
     const one = this.waiting.get(id)
-    const { phase } = this.store.state.get()
+    const { phase, message } = this.store.state.get()
     if (one === undefined || phase === 'waiting' || phase === 'closed') return
-    one.isSent = this.store.sendJson({ id, question: one.question })
+    one.isSent = phase !== 'mismatch' && this.store.sendJson({ id, question: one.question })
     if (one.isSent) return
     this.asking.forgotten(id)
-    this.fail(id, new MosaicError(this.store.sendBlocked.get()?.code ?? 'request.not_sent'))
+    const isUnknown = phase === 'mismatch'
+    const code = isUnknown ? 'channel.unknown_label' : (this.store.sendBlocked.get()?.code ?? 'request.not_sent')
+    this.fail(id, new MosaicError(code, isUnknown ? message : ''))
   }
 
   private heard(data: ArrayBuffer): void {

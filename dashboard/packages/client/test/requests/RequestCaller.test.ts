@@ -105,8 +105,9 @@ test('what may not be sent says why', async () => {
 test('a robot without such a connector says so', async () => {
   const { caller, store } = opened()
   const asked = failed(caller.request({}))
-  store.setState({ phase: 'mismatch', code: 'channel.unknown_label' })
+  store.setState({ phase: 'mismatch', code: 'channel.unknown_label', message: "no 'file'; did you mean 'files'?" })
   expect(await asked).toBe('channel.unknown_label')
+  await expect(caller.request({})).rejects.toThrow("no 'file'; did you mean 'files'?")
 })
 
 test('closing takes everything back', async () => {
