@@ -19,9 +19,11 @@ rest. Neither 2 nor 3 is mended by a new start."""
 _WRONG_WORDS = ("plugin.name", "plugin.not_found")
 """Codes of what somebody typed, beside those of configurations."""
 
-_SECRET = re.compile(
-    r"((?:token|credential|password|secret|api_key)[\"']?\s*:\s*)(?!\$\{|\{)([^\s,}\]]+)", re.IGNORECASE
-)
+_SECRET = re.compile(r"(?:token|credential|password|secret|api_key)[\"']?\s*:\s*(?!\{)(?=\S)", re.IGNORECASE)
+_IN_FLOW = re.compile(r"""\"(?:[^"\\]|\\.)*\"?|'(?:[^']|'')*'?|(?:\$\{[^}]*\}|[^,}\]])+(?<=\S)""")
+"""A value within braces or brackets: quoted, or up to what ends it there. Elsewhere it goes on to the end of the line."""
+_VARIABLE = re.compile(r"""(["']?)\$\{[^}]*\}\1(?=[\s,}\]]|$)""")
+"""A value that stands elsewhere."""
 
 
 def usage(message: str, cure: str = "") -> NoReturn:
@@ -96,7 +98,19 @@ def _line_of(problem: Problem) -> str | None:
     if problem.line > len(lines):
         return None
     text = "".join(char if char.isprintable() else " " for char in lines[problem.line - 1])
-    return _SECRET.sub(r"\1***", text)[:160].rstrip()
+    return _without_secrets(text)[:160].rstrip()
+
+
+def _without_secrets(text: str) -> str:
+    shown, at = "", 0
+    while (found := _SECRET.search(text, at)) is not None:
+        begins, is_in_flow = found.end(), "{" in text[: found.start()] or "[" in text[: found.start()]
+        named = _VARIABLE.match(text, begins)
+        value = named or (_IN_FLOW.match(text, begins) if is_in_flow else None)
+        ends = value.end() if value is not None else len(text)
+        shown += text[at:begins] + (text[begins:ends] if named is not None else "***")
+        at = max(ends, begins)
+    return shown + text[at:]
 
 
 def _on_one_line(text: str) -> str:
