@@ -21,7 +21,7 @@ _WRONG_WORDS = ("plugin.name", "plugin.not_found")
 
 _SECRET = re.compile(r"(?:token|credential|password|secret|api_key)[\"']?\s*:\s*(?!\{)(?=\S)", re.IGNORECASE)
 _IN_FLOW = re.compile(r"""\"(?:[^"\\]|\\.)*\"?|'(?:[^']|'')*'?|(?:\$\{[^}]*\}|[^,}\]])+(?<=\S)""")
-"""A value within braces or brackets: quoted, or up to what ends it there. Elsewhere it goes on to the end of the line."""
+"""A value within braces or brackets: quoted, or up to what ends it there. Elsewhere it takes the rest of the line."""
 _VARIABLE = re.compile(r"""(["']?)\$\{[^}]*\}\1(?=[\s,}\]]|$)""")
 """A value that stands elsewhere."""
 
