@@ -83,8 +83,9 @@ async def _finding(rule: LadderRule, subject: str, asked: Shipment | Examinee) -
     except DoesNotApply as reason:
         return RuleFinding(rule, subject, "does not apply", why_not=str(reason))
     except Exception as error:  # noqa: BLE001 - what a plugin's code raises where nobody expects it is its fault
-        message = f"it could not be examined: {type(error).__name__}: {error}"
-        faults = (Fault(message, place_of_error(error), trace_of(error)),)
+        message, place = f"it could not be examined: {type(error).__name__}: {error}", place_of_error(error)
+        place = asked.place if isinstance(asked, Examinee) and not place.file else place
+        faults = (Fault(message, place, trace_of(error)),)
     return RuleFinding(rule, subject, "failed" if faults else "passed", faults)
 
 

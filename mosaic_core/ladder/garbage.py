@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.drill.command_stream import opened
 from mosaic_core.drill.commands import DrillCommand
+from mosaic_core.drill.findings import ExerciseFailed, NotExercised
 from mosaic_core.drill.recorder import is_refusal
 from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true, rig_of
 from mosaic_core.ladder.examinee import Examinee
@@ -36,7 +37,10 @@ async def fed_with_garbage(one: Examinee) -> list[tuple[type[Any], str, str]]:
             is_model = _is_model(message_type_of(type(subject.handler)))
             if subject.safety.is_motion and not is_model:
                 raise NotJudged("it moves something by messages of any shape: give them a model first")
-            found += await _failures_of(rig, subject)
+            try:
+                found += await _failures_of(rig, subject)
+            except (ExerciseFailed, NotExercised) as reason:
+                raise NotJudged(f"nobody can command it, mend safety-drill first: {reason}") from None
     return found
 
 
