@@ -77,6 +77,7 @@ class Reloader:
         self._tell = tell
         self.checked = load_config(path, resolver=auto.resolver)
         self.configured = auto.configure(self.checked)
+        self._begun_with = _without_connectors(self.checked)
         self._modules = _modules_of(self.checked)
         self._touched: frozenset[Path] = frozenset()
         self._useless: frozenset[Path] = frozenset()
@@ -128,7 +129,7 @@ class Reloader:
         tell_hints(configured.hints, hinted)
         self._modules = await on_a_thread(lambda: _modules_of(reread.checked))
         self._watch.learn()
-        if _without_connectors(before) != _without_connectors(reread.checked):
+        if _without_connectors(reread.checked) not in (_without_connectors(before), self._begun_with):
             logger.warning("%s: beside its connectors more has changed, which counts when the robot is started anew",
                            self._path.name)  # fmt: skip
         return reread

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 
 from mosaic_core.runtime.threads.handover import on_loop
+from mosaic_core.runtime.threads.stacks import place_of_thread
 
 logger = logging.getLogger(__name__)
 
@@ -35,7 +36,7 @@ class HandlerThread:
         try:
             await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
         except TimeoutError:
-            tell_abandoned(self._label)
+            tell_abandoned(self._label, place_of_thread(self._thread.ident))
 
     def _run(self) -> None:
         try:
@@ -45,11 +46,9 @@ class HandlerThread:
                 logger.debug("connector %r stopped after its robot was gone", self._label)
 
 
-def tell_abandoned(label: str) -> None:
-    """Log that the body of the connector ``label`` did not stop in time and is waited for no longer."""
-    logger.warning(
-        "connector %r did not stop within %.1f s and was abandoned (plugin.ignored_stop)",
-        label,
-        STOP_PATIENCE_S,
-        extra={"label": label, "code": "plugin.ignored_stop"},
-    )
+def tell_abandoned(label: str, place: str = "") -> None:
+    """Log that the body of the connector ``label`` did not stop in time and is waited for no longer. ``place``: the
+    line where it is."""
+    where, fields = f"; it is at {place}" if place else "", {"label": label, "code": "plugin.ignored_stop"}
+    text = "connector %r did not stop within %.1f s and was abandoned (plugin.ignored_stop)%s"
+    logger.warning(text, label, STOP_PATIENCE_S, where, extra=fields)

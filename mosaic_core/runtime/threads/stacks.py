@@ -27,6 +27,18 @@ def caller_of_core(frame: FrameType | None) -> FrameType | None:
     return frame
 
 
+def place_of_thread(thread_id: int | None) -> str:
+    """``FILE:LINE in NAME`` of the innermost line of a thread that is neither the framework's nor Python's own."""
+    frame = sys._current_frames().get(thread_id or 0)
+    while frame is not None and _is_ours_or_standard(frame.f_code.co_filename):
+        frame = frame.f_back
+    return f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}" if frame is not None else ""
+
+
+def _is_ours_or_standard(file: str) -> bool:
+    return file.startswith(_CORE) or (file.startswith(_STANDARD) and "site-packages" not in file)
+
+
 class PluginCode:
     """Knows which files are those of the plugins that made ``handlers``."""
 

@@ -235,7 +235,8 @@ def test_run_goes_on_beside_bodies_that_break_and_says_which(mosaic: Any, site: 
     _, err = running.communicate(timeout=10)
     assert running.returncode == 0
     assert re.search(rf"'l0' failed at {re.escape(str(site))}/acme_raises\.py:8 .*no such thing", err)
-    assert "'l1' did not stop within 1.5 s and was abandoned" in err
+    told = r"'l1' did not stop within 1\.5 s and was abandoned \(plugin\.ignored_stop\); it is at "
+    assert re.search(rf"{told}{re.escape(str(site))}/acme_deaf\.py:\d+ in \w+\.messages", err)
 
 
 def test_a_broken_plugin_that_nobody_uses_breaks_nothing(mosaic: Any, tmp_path: Path) -> None:

@@ -275,10 +275,14 @@ async def test_a_mended_mistake_is_told_as_well_and_whose_code_runs_once(
 
 
 async def test_what_a_running_robot_can_not_change_is_said(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.WARNING, module.__name__)
+    caplog.set_level(logging.INFO, module.__name__)
     async with running(bench):
         bench.edit("mosaic_config.yaml", "127.0.0.1:9", "127.0.0.1:10")
         await until(lambda: "counts when the robot is started anew" in caplog.text)
+        caplog.clear()
+        bench.edit("mosaic_config.yaml", "127.0.0.1:10", "127.0.0.1:9")  # it is as it was begun
+        await until(lambda: "reloaded mosaic_config.yaml" in caplog.text)
+        assert "counts when the robot is started anew" not in caplog.text
 
 
 CAMERA = """
