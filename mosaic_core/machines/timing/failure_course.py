@@ -43,11 +43,12 @@ class FailureCourse:
         self._backoffs[not is_absence].reset()
         delay_s = self._backoffs[is_absence].failed(ran_for_s, random_unit)
         now = (is_absence, reason)
-        if self._told != now:
+        is_news, was_relapse = self._told != now, self._is_relapse
+        if is_news:
             self._is_relapse = (
                 not is_absence and self._last == now and not self.is_failing and ran_for_s < self._steady_s
             )
-        is_news = self._told != now and not self._is_relapse
+            is_news = not (self._is_relapse and was_relapse)  # the first one: the log says that it is back
         self._told = self._last = now
         return FailureVerdict(delay_s, is_news)
 

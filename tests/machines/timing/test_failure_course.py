@@ -44,12 +44,12 @@ def test_a_reason_is_news_once_until_it_changes_or_the_handler_worked() -> None:
     assert fails(course, "a", is_absence=True).is_news
 
 
-def test_what_works_for_a_moment_and_fails_the_same_way_again_is_told_once() -> None:
+def test_what_works_for_a_moment_and_fails_the_same_way_again_is_told_once_more() -> None:
     course = FailureCourse()
     assert fails(course).is_news
     assert course.alive(), "it may have been mended"
-    for _ in range(3):
-        assert not fails(course, ran_for_s=0.1).is_news
+    for is_news in (True, False, False):
+        assert fails(course, ran_for_s=0.1).is_news is is_news
         assert not fails(course).is_news
         assert not course.alive()
     assert fails(course, "another").is_news
@@ -58,9 +58,11 @@ def test_what_works_for_a_moment_and_fails_the_same_way_again_is_told_once() -> 
 
 def test_what_worked_for_a_while_and_fails_the_same_way_again_is_news() -> None:
     course = FailureCourse()
-    for ran_for_s, is_news in ((0.0, True), (STEADY_S - 0.1, False), (STEADY_S, True), (STEADY_S, True)):
+    briefly = STEADY_S - 0.1
+    course_of = ((0.0, True, True), (briefly, True, False), (briefly, False, False), (STEADY_S, True, True))
+    for ran_for_s, is_news, is_back in (*course_of, (STEADY_S, True, True)):
         assert fails(course, ran_for_s=ran_for_s).is_news is is_news
-        assert course.alive() is is_news
+        assert course.alive() is is_back
 
 
 EVENTS = st.tuples(
@@ -82,8 +84,9 @@ def test_whatever_happens_it_is_tried_again_in_time_and_told_once_for_each_chang
             policy = ABSENCE_POLICY if what == GONE else ERROR_POLICY
             assert policy.first_s * (1 - policy.jitter) <= verdict.delay_s <= policy.max_s
             is_repeated = what == ERROR and last == (what, reason) and ran_for_s < STEADY_S
+            was_relapse = is_relapse
             if told != (what, reason):
                 is_relapse = told is None and is_repeated
-            assert verdict.is_news is (told != (what, reason) and not is_relapse)
+            assert verdict.is_news is (told != (what, reason) and not (is_relapse and was_relapse))
             told = last = (what, reason)
         assert course.is_failing is (told is not None)
