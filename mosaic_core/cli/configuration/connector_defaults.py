@@ -11,6 +11,7 @@ from mosaic_core.cli.configuration.connector_description import message_rows
 from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.contract.units import unit_of
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
 from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups
@@ -51,6 +52,9 @@ def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -
     takes, sends = _messages(entry)
     channel["takes"], channel["sends"] = _fields(takes), _fields(sends)
     channel["safety"] = [_safety(one, ReceiverSafety.of(safety, one)) for one in taking]
+    channel["answers"] = [
+        {"at_once": one.at_once, "within_s": one.answer_within_s} for one in taking if isinstance(one, RequestHandler)
+    ]
     return channel
 
 
@@ -117,11 +121,13 @@ def lines_of(channel: ChannelDefaults) -> Iterator[tuple[str, str]]:
     if channel["delivery"]:
         yield "delivery", channel["delivery"]
     for safety in channel["safety"]:
-        yield from _safety_lines(safety)
+        yield "lease", f"of '{safety['resource']}'" if safety["requires_lease"] else "none is needed"
+        yield from () if channel["answers"] else _safety_lines(safety)
+    for its in channel["answers"]:
+        yield "answers", f"within {its['within_s']:g} s (answer_within_s), {its['at_once']} at once (at_once)"
 
 
 def _safety_lines(safety: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    yield "lease", f"of '{safety['resource']}'" if safety["requires_lease"] else "none is needed"
     yield "time-out", "none" if safety["timeout_s"] is None else f"{safety['timeout_s']:g} s"
     yield "safe action", "written (make_safe)" if safety["safe_action"] else "none"
     for kind in ("motion", "position"):

@@ -11,7 +11,7 @@ from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.request_handler import answer_schema
 from mosaic_core.contract.units import unit_of
-from mosaic_core.runtime.configuration.request_problems import declared_requests
+from mosaic_core.runtime.configuration.request_problems import CURES, declared_requests
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.delivery import DeliveryContract
 
@@ -38,7 +38,8 @@ def param_tables(configurer: type[Configurer[Any]], *, receives: bool = True) ->
     for heading, inner in request_schemas(configurer).items():
         yield heading, _rows(inner, inner.get("$defs", {}))
     if receives and not issubclass(configurer, MediaTrackConfigurer):
-        yield "safety", list(_safety_rows(configurer.safety_model))
+        useless = CURES if declared_requests(configurer) is not None else ()
+        yield "safety", [row for row in _safety_rows(configurer.safety_model) if row[0] not in useless]
     if not issubclass(configurer, MediaTrackConfigurer):
         yield "delivery", list(_delivery_rows())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mosaic_core import DataChannelConfigurer, Message, NoParams, Request, RequestHandler
+from mosaic_core.cli.configuration.connector_defaults import defaults_of, lines_of
 from mosaic_core.cli.configuration.connector_description import param_tables, request_schemas
 from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
 
@@ -33,3 +34,14 @@ def test_question_and_answer_have_tables_of_their_own() -> None:
 
 def test_other_connectors_have_none() -> None:
     assert request_schemas(ConnectionCheckConfigurer) == {}
+
+
+def test_what_bounds_motion_is_not_offered_and_what_bounds_an_answer_is_told() -> None:
+    offered = {row[0] for row in dict(param_tables(MeasureConfigurer))["safety"]}
+    assert "requires_lease" in offered
+    assert not offered & {"timeout_s", "on_timeout", "limits"}
+    (channel,) = defaults_of("measure", MeasureConfigurer)
+    lines = dict(lines_of(channel))
+    assert lines["answers"] == "within 30 s (answer_within_s), 4 at once (at_once)"
+    assert lines["lease"] == "none is needed"
+    assert not lines.keys() & {"time-out", "safe action", "limits"}
