@@ -24,6 +24,7 @@ from mosaic_core import (
     MediaTrackConfigurer,
     MediaTrackHandler,
     Message,
+    MosaicError,
     Params,
     Refused,
     Request,
@@ -161,7 +162,7 @@ def test_a_message_that_is_no_json_fails_where_it_is_collected() -> None:
         def messages(self) -> Iterator[dict[str, Any]]:
             yield {"x": object()}
 
-    with pytest.raises(TypeError, match="JSON"):
+    with pytest.raises(MosaicError, match="sends 'x' as object, which JSON does not know"):
         collect(Broken("broken"), 1)
 
 

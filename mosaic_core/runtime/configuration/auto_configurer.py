@@ -34,6 +34,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
+from mosaic_core.runtime.configuration.mistakes.silent_hints import silent_hints
 from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by, unmade
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
@@ -152,6 +153,7 @@ def _hints(connectors: Sequence[Connector], checked: Sequence[CheckedConnector])
     by_label = {one.config.label: one for one in checked}
     for connector in connectors:
         yield from guard_hints(by_label[connector.config.label], connector.handlers)
+        yield from silent_hints(by_label[connector.config.label], connector.handlers)
 
 
 def _connectors(

@@ -46,6 +46,9 @@ class Reading(Message):
 class Gauge(DataChannelSendable[Reading]):
     widget = "value-cards"
 
+    def messages(self) -> Iterator[Reading]:
+        yield from ()
+
 
 class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):
     """Reads a gauge.
