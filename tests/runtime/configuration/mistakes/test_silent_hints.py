@@ -19,6 +19,9 @@ from mosaic_core import DataChannelSendable, MediaTrackHandler
 """
 
 
+TAKES = "class H(DataChannelReceivable[dict]):\n    def handle_data(self, data):"
+
+
 class Place:
     """Of the connector in its file."""
 
@@ -62,8 +65,35 @@ def test_a_body_under_another_name_is_told(
 
 
 @pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (
+            "class H(DataChannelSendable[dict]):\n    def messages(self):\n        for _ in self.every(1): dict(x=1)\n",
+            "messages() of H yields nothing",
+        ),
+        (
+            "class H(DataChannelBidirectional[dict]):\n    def handle_data(self, data): return {'x': 1}\n",
+            "what handle_data of H returns goes nowhere",
+        ),
+        (
+            f"class Reply(dict): pass\n{TAKES} return Reply()\n",
+            "what handle_data of H returns goes nowhere",
+        ),
+    ],
+)
+def test_what_runs_in_vain_is_told(hints: Callable[[str], list[Problem]], code: str, told: str) -> None:
+    (hint,) = hints(code)
+    assert hint.message == f"nothing comes from 'it': {told}"
+    assert hint.cure
+
+
+@pytest.mark.parametrize(
     "code",
     [
+        "class H(DataChannelSendable[dict]):\n    def messages(self): return iter([{}])\n",
+        "class H(DataChannelSendable[dict]):\n    async def messages(self):\n        yield {}\n",
+        f"{TAKES} return self.turn(data)\n    turn = print\n",
+        f"{TAKES}\n        if data: return None\n        return\n",
         "class H(DataChannelSendable[dict]):\n    def messages(self): yield {}\n",
         "class H(DataChannelSendable[dict]):\n    def hear(self, word): self.send_json({'word': word})\n",
         "class H(DataChannelBidirectional[dict]):\n    def handle_data(self, data): pass\n",
