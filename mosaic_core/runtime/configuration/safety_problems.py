@@ -10,6 +10,7 @@ from typing import Any
 from mosaic_core.contract.field_kinds import cure_of_kind, kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.commands.number_list import EVERY
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -36,8 +37,9 @@ def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Ite
         message = f"connector '{one.config.label}' ('{one.config.type}') receives nothing that could be limited"
         yield one.problem(message, "safety", cure="remove `safety:`")
     yield from _idle_resource(one, found)
-    yield from _unknown_fields(one, found)
-    for handler in found:
+    moving = [handler for handler in found if not isinstance(handler, RequestHandler)]  # those have a word of their own
+    yield from _unknown_fields(one, moving)
+    for handler in moving:
         yield from _receiver_problems(one, handler, is_alone=len(found) == 1)
 
 
