@@ -7,6 +7,7 @@ import ast
 import asyncio
 import sys
 from collections.abc import AsyncIterator, Iterator, Mapping
+from itertools import product
 from pathlib import Path
 
 from mosaic_core.doctor.config_checks import ConfigRead
@@ -20,9 +21,9 @@ MAX_FILES = 200
 _VERBS = ("get", "post", "put", "patch", "delete", "head", "options", "request")
 WAITS = frozenset({
     "time.sleep", "os.system", "os.wait", "input", "urllib.request.urlopen", "serial.Serial", "cv2.VideoCapture",
-    *(f"subprocess.{name}" for name in ("run", "call", "check_call", "check_output", "getoutput")),
-    *(f"socket.{name}" for name in ("create_connection", "getaddrinfo", "gethostbyname")),
-    *(f"{module}.{verb}" for module in ("requests", "httpx") for verb in _VERBS),
+    "subprocess.run", "subprocess.call", "subprocess.check_call", "subprocess.check_output", "subprocess.getoutput",
+    "socket.create_connection", "socket.getaddrinfo", "socket.gethostbyname",
+    *(".".join(words) for words in product(("requests", "httpx"), _VERBS)),
 })  # fmt: skip
 """Functions that return when something outside has answered."""
 

@@ -179,10 +179,14 @@ def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any]
         control=ControlConfig.model_validate(control or {}),
         connectors=tuple(entry.config for entry in entries),
     )
-    checked, problems = [], []
+    checked, problems, labels = [], [], set[str]()
     for index, entry in enumerate(entries):
         place = ("connectors", index)
         raw = entry.config
+        if raw.label in labels:
+            message = f"two connectors have the label '{raw.label}'"
+            problems.append(document.problem(place, message, cure="give each a label: connector(…, label=…)"))
+        labels.add(raw.label)
         params, more = validated(entry.configurer.params_model, raw.params, document, (*place, "params"))
         safety, others = validated(entry.configurer.safety_model, raw.safety or {}, document, (*place, "safety"))
         problems += [*more, *others]

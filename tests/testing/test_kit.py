@@ -25,6 +25,7 @@ from mosaic_core import (
     MediaTrackHandler,
     Message,
     MosaicError,
+    NoParams,
     Params,
     Refused,
     Request,
@@ -44,8 +45,10 @@ from mosaic_core.testing import (
     ask,
     build,
     collect,
+    connector,
     fake_host,
     feed,
+    joined,
     take_frames,
     take_sounds,
 )
@@ -403,3 +406,17 @@ def test_what_is_built_is_a_configurer(given: Any) -> None:
 def test_a_script_is_a_list_also_of_one_message(script: Any) -> None:
     with pytest.raises(TypeError, match=r"not a (dict|Level|str): write `\[…\]` around it"):
         feed(Answering("it"), script)
+
+
+async def test_two_connectors_of_one_label_are_told() -> None:
+    class Tick(DataChannelSendable[str]):
+        def messages(self) -> Iterator[str]:
+            yield "tick"
+
+    class TickConfigurer(DataChannelConfigurer[NoParams]):
+        def configure(self) -> Tick:
+            return Tick(self.label)
+
+    with pytest.raises(ConfigError, match="two connectors have the label 'under_test'"):
+        async with joined(connector(TickConfigurer), connector(TickConfigurer)):
+            """Never."""

@@ -142,7 +142,9 @@ class AutoConfigurer:
             label = one.config.label
             try:
                 made.append((one, one.configurer(label, one.params, safety=one.safety, shared=self.shared.of(label))))
-            except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:  # noqa: BLE001 - a plugin's code may fail in any way
                 problems += unmade(one, error)
         return made
 
@@ -176,7 +178,9 @@ def _connectors(
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - what a handler says of itself may be a property
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 - what a handler says of itself may be a property
             problems.append(broken_by(one, error))
     every = [one for one, _ in (*kept, *made)]
     problems += label_problems(known)
@@ -193,7 +197,9 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
     try:
         with told_when_slow(f"configure() of connector '{one.config.label}' of {one.installed.source}"):
             made = configurer.configure()
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001 - a plugin's code may fail in any way
         problems += unmade(one, error)
         return ()
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)

@@ -47,7 +47,9 @@ def load_configurer(
             slow = told_when_slow(f"the import of connector type '{entry_point.name}' of {source}")
             with slow, redirect_stdout(sys.stderr):  # what it prints is not for who reads the command's output
                 loaded = entry_point.load()
-        except (Exception, SystemExit) as raised:  # noqa: BLE001
+        except KeyboardInterrupt:
+            raise
+        except BaseException as raised:  # noqa: BLE001
             error = raised
             if entry_point.module not in sys.modules:
                 failed_imports[entry_point.module] = error

@@ -208,7 +208,7 @@ class Receiver:
                 self.watch.finish(accepted=True)
                 raise
             self._raised(item, error)  # nobody but the plugin: something was cancelled that it waited for
-        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+        except BaseException as error:  # noqa: BLE001 (a plugin may raise anything)
             self._raised(item, error)
         else:
             self._succeeded(item)

@@ -106,7 +106,7 @@ class TaskRunner(Runner):
             if self._host.is_stopping:
                 raise
             return error
-        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
+        except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
             return error
         return None
 

@@ -19,6 +19,7 @@ PATIENCE_S = 20.0
 _UNCLEAR = re.compile(r"\bexport\s*(?:\*|(?:const|let|var)\s*(?:[\[{]|[^;\n]*,))")
 """Exports whose names a glance does not tell."""
 _VERSION = re.compile(r"(?<![\w$.])apiVersion\s*=\s*(\d+)")
+_VERSION_TEXT = re.compile(r"""\bexport\s+const\s+apiVersion\s*=\s*['"`]""")
 _VERSION_LISTED = re.compile(r"\bexport\s*\{[^}]*?([\w$]+)\s+as\s+apiVersion\b")
 SHARED = ("react", "react/jsx-runtime", "react-dom", "@mosaic/client", "@mosaic/react", "@mosaic/widgets")
 """The modules that the page has; everything else a widget brings with it."""
@@ -53,6 +54,8 @@ def page_faults(text: str, export: str) -> Iterator[PageFault]:
         if "apiVersion" not in exports:
             message = f"must say `export const apiVersion = {WIDGET_API_VERSION}`"
             yield PageFault(None, message)
+    if _VERSION_TEXT.search(text):
+        yield PageFault(None, f"says its apiVersion as a text: write `export const apiVersion = {WIDGET_API_VERSION}`")
     version = _version_in(text)
     if version is not None and int(version[1]) != WIDGET_API_VERSION:
         line = text.count("\n", 0, version.start()) + 1

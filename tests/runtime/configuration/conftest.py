@@ -140,7 +140,7 @@ class LeavingConfigurer(Configurer[LeavingParams]):
             raise SystemExit(3)
 
     def configure(self) -> Handler:
-        raise SystemExit(3)
+        raise GeneratorExit("panic") if self.params.when == "panic" else SystemExit(3)
 
 
 class NothingConfigurer(Configurer[NoParams]):

@@ -148,6 +148,8 @@ def test_a_connector_that_wants_to_end_the_program_is_a_mistake_like_any_other(
         ("connectors[0]", "config.broken_plugin"),
     ]
     assert all(problem.message.endswith("can't be made: SystemExit: 3") for problem in found)
+    (panic,) = mistakes("[{type: leaving, label: a, params: {when: panic}}]")
+    assert panic.message.endswith("can't be made: GeneratorExit: panic")
 
 
 def test_a_message_type_without_a_schema_is_named(mistakes: Callable[[str], tuple[Problem, ...]]) -> None:

@@ -106,6 +106,7 @@ def test_a_broken_plugin_is_named_with_its_cause(acme: ConnectorResolver, name: 
     [
         ("import sys; sys.exit('bye')", "SystemExit: bye"),
         ("1 / 0", "ZeroDivisionError: division by zero"),
+        ("class Panic(BaseException): pass\nraise Panic('out of bounds')", "Panic: out of bounds"),
         ("def (", "SyntaxError"),
         ("MOSAIC_API_VERSION = 2", "it is written for API version 2, this mosaic-core speaks 1"),
     ],

@@ -331,6 +331,24 @@ async def test_waiting_on_the_thread_of_the_event_loop_is_refused_with_the_line(
         assert setup.runner.state == "failed"
 
 
+class Panic(BaseException):
+    """What an extension in Rust raises."""
+
+
+class PanickingTask(FlakyTask):
+    async def messages(self) -> AsyncIterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise Panic("index out of bounds")
+        yield "here"
+
+
+async def test_a_panic_in_an_async_body_is_a_failure_like_any_other(kit: Any) -> None:
+    async with Setup(PanickingTask()) as setup:
+        await kit.until(lambda: setup.sent == [b"here"])
+        assert isinstance(setup.failures[0], Panic)
+
+
 @pytest.mark.parametrize("made", [Leaving, LeavingTask])
 async def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any, made: Callable[[], Any]) -> None:
     async with Setup(made()) as setup:

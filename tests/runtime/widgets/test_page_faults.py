@@ -95,3 +95,8 @@ def test_without_node_the_rest_is_found_all_the_same(monkeypatch: pytest.MonkeyP
     assert list(page_faults("export const apiVersion = 2\nexport class ArmPanel {}", "ArmPanel")) == [
         PageFault(1, "is for apiVersion 2, and the dashboard knows 1")
     ]
+
+
+def test_a_version_that_is_a_text_is_told() -> None:
+    text = GOOD.replace("apiVersion = 1", "apiVersion = '1'")
+    assert told(text) == [(None, "says its apiVersion as a text: write `export const apiVersion = 1`")]

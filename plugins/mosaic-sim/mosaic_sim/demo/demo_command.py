@@ -46,7 +46,9 @@ def run_demo(
             _present(running, opens=opens, as_json=as_json)
             _watch(running, shows_log=bool(own))
     except Interrupted:
-        raise typer.Exit(0) from None
+        if headless_check:
+            typer.echo("interrupted: nothing was checked to its end", err=True)
+        raise typer.Exit(130 if headless_check else 0) from None
     except DemoFailed as failure:
         if as_json:
             typer.echo(json.dumps({"ok": False, "error": failure.message, "cure": failure.cure}))
