@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import os
 import re
 import traceback
 from collections.abc import Iterable
@@ -15,9 +14,9 @@ from pydantic import BaseModel
 
 import mosaic_core
 from mosaic_core.ladder.fault import CodePlace
+from mosaic_core.runtime.threads.stacks import is_nobodys
 
 CORE_FOLDER = str(Path(mosaic_core.__file__).parent)
-_STANDARD = f"{Path(inspect.__file__).parent}{os.sep}"
 _FROZEN = "<"
 """How Python's names of what is no file begin: ``<string>``, ``<frozen importlib._bootstrap>``."""
 
@@ -61,17 +60,11 @@ def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePl
 def place_of_frames(stack: Iterable[traceback.FrameSummary], packages: Iterable[str] = ()) -> CodePlace:
     """The innermost line of ``packages`` in a stack, else the innermost that is neither the framework's nor Python's
     own library."""
-    frames = [frame for frame in stack if not _is_nobodys(frame.filename)]
+    frames = [frame for frame in stack if not is_nobodys(frame.filename)]
     named = tuple(f"/{one}/" for one in packages) + tuple(f"/{one}.py" for one in packages)
     own = [frame for frame in frames if any(one in frame.filename for one in named)]
     last = (own or frames)[-1:]
     return CodePlace(last[0].filename, last[0].lineno) if last else CodePlace()
-
-
-def _is_nobodys(file: str) -> bool:
-    """Whether it is a file of the framework or of Python's own library, which has installed packages inside."""
-    is_standard = file.startswith(_STANDARD) and "site-packages" not in file
-    return is_standard or file.startswith((_FROZEN, CORE_FOLDER))
 
 
 def trace_of(error: BaseException) -> str:

@@ -52,9 +52,6 @@ def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -
     takes, sends = _messages(entry)
     channel["takes"], channel["sends"] = _fields(takes), _fields(sends)
     channel["safety"] = [_safety(one, ReceiverSafety.of(safety, one)) for one in taking]
-    channel["answers"] = [
-        {"at_once": one.at_once, "within_s": one.answer_within_s} for one in taking if isinstance(one, RequestHandler)
-    ]
     return channel
 
 
@@ -89,6 +86,9 @@ def _safety(handler: DataChannelReceivable[Any], its: ReceiverSafety) -> dict[st
         "position_fields": list(its.position_fields),
         "slowed_down": its.is_slowed,
         "limits": [_limit(one, handler) for one in its.limits],
+        "answers": {"at_once": handler.at_once, "within_s": handler.answer_within_s}
+        if isinstance(handler, RequestHandler)
+        else None,
     }
 
 
@@ -121,13 +121,14 @@ def lines_of(channel: ChannelDefaults) -> Iterator[tuple[str, str]]:
     if channel["delivery"]:
         yield "delivery", channel["delivery"]
     for safety in channel["safety"]:
-        yield "lease", f"of '{safety['resource']}'" if safety["requires_lease"] else "none is needed"
-        yield from () if channel["answers"] else _safety_lines(safety)
-    for its in channel["answers"]:
-        yield "answers", f"within {its['within_s']:g} s (answer_within_s), {its['at_once']} at once (at_once)"
+        yield from _safety_lines(safety)
 
 
 def _safety_lines(safety: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "lease", f"of '{safety['resource']}'" if safety["requires_lease"] else "none is needed"
+    if its := safety["answers"]:
+        yield "answers", f"within {its['within_s']:g} s (answer_within_s), {its['at_once']} at once (at_once)"
+        return
     yield "time-out", "none" if safety["timeout_s"] is None else f"{safety['timeout_s']:g} s"
     yield "safe action", "written (make_safe)" if safety["safe_action"] else "none"
     for kind in ("motion", "position"):

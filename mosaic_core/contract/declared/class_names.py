@@ -57,10 +57,8 @@ OWNED = frozenset({
     "send", "send_json", "send_string", "send_bytes", "send_burst", "send_frame", "send_sound", "_send", "_host",
 })  # fmt: skip
 """What every handler has from the framework, which calls it itself."""
-_API_VERSION = "MOSAIC_API_VERSION"
-
-
 ANOTHER_NAME = "Give yours another name: who calls this one means the framework's."
+_API_VERSION = "MOSAIC_API_VERSION"
 
 
 def check_names(cls: type) -> None:

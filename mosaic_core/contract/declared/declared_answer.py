@@ -13,7 +13,7 @@ from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.words.errors import MosaicError, nearest
 from mosaic_core.words.wire_model import to_json
 
-MAX_TOLD = 4
+MANY_MISTAKES = 4
 """As many mistakes of one answer are told."""
 
 
@@ -53,7 +53,7 @@ class DeclaredAnswer:
         told = [words for one in mistakes if (words := self._told(one))]
         if not told:  # what one of its models keeps
             return self._adapter.validate_python(answer)
-        raise self._wrong(f"declares {self._name} and answers {kind_of(answer)} ({'; '.join(told[:MAX_TOLD])})")
+        raise self._wrong(f"declares {self._name} and answers {kind_of(answer)} ({'; '.join(told[:MANY_MISTAKES])})")
 
     def _told(self, mistake: ErrorDetails) -> str:
         loc = mistake["loc"]

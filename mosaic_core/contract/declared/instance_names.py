@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
-import sys
-
+from mosaic_core.contract.declared.attribute_reads import package_reads
 from mosaic_core.contract.declared.class_names import ANOTHER_NAME, BODIES, OWNED, VALUES
 from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
@@ -24,23 +21,6 @@ def check_instance_names(handler: object) -> None:
         known = [one for one in VALUES if hasattr(cls, one) and one not in own and one[0] == name[0]]
         meant = slip_of(name, known) if name not in VALUES and not hasattr(cls, name) else None
         is_plural = meant is not None and meant.removesuffix("s") == name.removesuffix("s")
-        if meant is not None and not is_plural and not _is_read(cls, name):
+        if meant is not None and not is_plural and not package_reads(cls, {name}):
             message = f"it sets '{name}', which nothing reads; did you mean '{meant}'?"
             raise wrong_declaration(cls, message, f"Write {meant}, or leave it out.")
-
-
-def _is_read(cls: type, name: str) -> bool:
-    """Whether the code of the modules that ``cls`` and its bases come from reads an attribute of this name anywhere;
-    true where nobody knows it."""
-    for base in cls.__mro__:
-        module = sys.modules.get(base.__module__)
-        if module is None or base.__module__ == "builtins":
-            continue
-        try:
-            tree = ast.parse(inspect.getsource(module))
-        except (OSError, TypeError, SyntaxError):
-            return True
-        reads = (one for one in ast.walk(tree) if isinstance(one, ast.Attribute) and isinstance(one.ctx, ast.Load))
-        if any(one.attr == name for one in reads):
-            return True
-    return False

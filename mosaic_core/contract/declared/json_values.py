@@ -8,10 +8,14 @@ from typing import Any
 
 
 def unknown_to_json(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """``(dotted path, value)`` of each part that is no number, text, list, mapping, truth or null."""
+    """``(dotted path, value)`` of each part that is no number, text, list, mapping, truth or null; of a key that is
+    none the key."""
     if isinstance(value, dict):
         for key, inner in value.items():
-            yield from unknown_to_json(inner, f"{path}.{key}" if path else str(key))
+            place = f"{path}.{key}" if path else str(key)
+            if not (key is None or isinstance(key, str | int | float)):
+                yield place, key
+            yield from unknown_to_json(inner, place)
     elif isinstance(value, list | tuple):
         for place, inner in enumerate(value):
             yield from unknown_to_json(inner, f"{path}.{place}" if path else str(place))

@@ -208,6 +208,8 @@ class Receiver:
                 self.watch.finish(accepted=True)
                 raise
             self._raised(item, error)  # nobody but the plugin: something was cancelled that it waited for
+        except GeneratorExit:  # Python's own, to a task that was abandoned with its event loop
+            raise
         except BaseException as error:  # noqa: BLE001 (a plugin may raise anything)
             self._raised(item, error)
         else:

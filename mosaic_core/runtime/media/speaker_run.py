@@ -112,7 +112,7 @@ class SpeakerRun:
         sound = step.item if isinstance(step, Play) else _silence(step.length)
         try:
             self._handler.handle_sound(sound, sender)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+        except BaseException as error:  # noqa: BLE001 (a plugin may raise anything)
             now_s = time.monotonic()
             rest_s = self._failures.failed(error, now_s - self._resting_until_s)
             with self._changed:
@@ -126,7 +126,7 @@ class SpeakerRun:
     def _end(self) -> bool:
         try:
             self._handler.talk_ended()
-        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+        except BaseException as error:  # noqa: BLE001 (a plugin may raise anything)
             self._failures.failed(error, 0.0)
         return False
 

@@ -17,6 +17,8 @@ from mosaic_core.machines.timing.loop_watch import StackFrame
 _CORE = f"{Path(mosaic_core.__file__).parent}{os.sep}"
 _ASYNCIO = f"{Path(asyncio.__file__).parent}{os.sep}"
 _STANDARD = f"{Path(os.__file__).parent}{os.sep}"
+_FROZEN = "<"
+"""How Python's names of what is no file begin: ``<string>``, ``<frozen importlib._bootstrap>``."""
 _LOOP_ITSELF = ("_run", "_run_once", "run", "run_forever", "run_until_complete")
 
 
@@ -30,13 +32,15 @@ def caller_of_core(frame: FrameType | None) -> FrameType | None:
 def place_of_thread(thread_id: int | None) -> str:
     """``FILE:LINE in NAME`` of the innermost line of a thread that is neither the framework's nor Python's own."""
     frame = sys._current_frames().get(thread_id or 0)
-    while frame is not None and _is_ours_or_standard(frame.f_code.co_filename):
+    while frame is not None and is_nobodys(frame.f_code.co_filename):
         frame = frame.f_back
     return f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}" if frame is not None else ""
 
 
-def _is_ours_or_standard(file: str) -> bool:
-    return file.startswith(_CORE) or (file.startswith(_STANDARD) and "site-packages" not in file)
+def is_nobodys(file: str) -> bool:
+    """Whether it is no author's: of the framework, or of Python's own library, which has installed packages inside."""
+    is_standard = file.startswith(_STANDARD) and "site-packages" not in file
+    return is_standard or file.startswith((_FROZEN, _CORE))
 
 
 class PluginCode:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
 from mosaic_core import (
     DataChannelJsonReceivable,
@@ -18,9 +19,11 @@ from mosaic_core import (
     NoParams,
 )
 from mosaic_core.testing import connector, joined
+from mosaic_sim.demo import demo_command
 from mosaic_sim.demo.checks import CheckFailed, Result
 from mosaic_sim.demo.headless_check import cause_of, failures_in, with_cause
 from mosaic_sim.demo.own_checks import own_works
+from mosaic_sim.demo.supervisor import Interrupted
 
 
 class Eye(MediaTrackHandler):
@@ -103,3 +106,14 @@ def test_who_blocks_the_event_loop_is_told_where_nobody_could_connect_for_it() -
     assert cause_of(Result("connect", True, "12 ms"), blocked) == ""
     assert cause_of(Result("connect", False, "did not open"), {"lamp": "no lamp"}) == ""
     assert cause_of(Result("lamp", True, "takes messages"), blocked) == "no lamp"
+
+
+@pytest.mark.parametrize(("is_check", "code"), [(True, 130), (False, 0)])
+def test_a_check_that_is_interrupted_has_not_passed(is_check: bool, code: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        raise Interrupted
+
+    monkeypatch.setattr(demo_command, "running_demo", interrupted)
+    with pytest.raises(typer.Exit) as ended:
+        demo_command.run_demo(None, opens=False, headless_check=is_check, as_json=True)
+    assert ended.value.exit_code == code

@@ -335,6 +335,7 @@ def test_a_message_of_which_all_may_be_left_out_is_not_just_anything(value: Any)
         ({"angle_rad": 1, "all": np.zeros(3)}, r"sends 'all' as ndarray float64 \(3,\), .*: write \.tolist\(\) of it"),
         ({"angle_rad": 1, "at": datetime(2026, 1, 1)}, r"sends 'at' as datetime, .*: write \.isoformat\(\)"),
         ({"angle_rad": 1, "raw": b"1"}, "sends 'raw' as bytes, .*: send bytes from a DataChannelSendable"),
+        ({"angle_rad": 1, "at": {(0, 1): 2}}, r"sends 'at\.\(0, 1\)' as tuple, .*: write numbers, text"),
         ({"angle_rad": 1, "some": {1}}, r"sends 'some' as set, .*: write sorted\(…\) of it"),
         ({"angle_rad": 1, "odd": MappingProxyType({})}, r"sends 'odd' as mappingproxy, .*: write dict\(…\) of it"),
         ({"angle_rad": 1, "odd": object()}, "sends 'odd' as object, .*: write numbers, text, lists and mappings"),

@@ -16,6 +16,7 @@ from mosaic_core import (
     DataChannelConfigurer,
     DataChannelSendable,
     DeviceGone,
+    Keeper,
     Message,
     NoParams,
     Refused,
@@ -189,6 +190,42 @@ async def test_an_absent_device_is_told_as_one_quietly(caplog: pytest.LogCapture
     (told,) = (one for one in caplog.records if "could not answer" in one.message)
     assert told.message.endswith("no scale at /dev/ttyUSB0; plug it in (plugin.no_device)")
     assert (told.levelname, told.exc_info) == ("WARNING", None)
+
+
+class Kept(Unplugged):
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.keeper = Keeper("scale", lambda: None)
+
+
+class KeptConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Kept:
+        kept = Kept(self.label)
+        assert kept.keeper is not None
+        kept.keeper.start()
+        return kept
+
+
+async def test_whoever_finds_a_kept_device_gone_while_he_answers_tells_its_keeper() -> None:
+    async with joined(connector(KeptConfigurer, label="adder")) as link:
+        keeper = handler(link, "adder").keeper
+        heard: list[str] = []
+
+        class Listener:
+            def away(self, gone: DeviceGone, tries_again_in_s: float) -> None:
+                heard.append(gone.message)
+
+            def is_back(self) -> None:
+                heard.append("back")
+
+        keeper.listen(Listener())
+        try:
+            with pytest.raises(RequestRefused):
+                await link.connection.request("adder", {"numbers": [1]})
+            await until(lambda: heard[-1:] == ["back"])
+            assert heard[0].startswith("no scale at /dev/ttyUSB0")
+        finally:
+            keeper.stop()
 
 
 class Random(Adder):

@@ -24,10 +24,16 @@ from mosaic_core.testing import until
 from mosaic_core.words.errors import DeviceGone
 
 
+class Panic(BaseException):
+    """What an extension in Rust raises."""
+
+
 class Fragile(DataChannelReceivable[dict[str, Any]]):
     async def handle_data(self, data: dict[str, Any]) -> None:
         if data == {"v": 2}:
             raise DeviceGone("motor gone")
+        if data == {"v": 3}:
+            raise Panic
         if data:
             raise OSError("motor gone")
 
@@ -87,6 +93,13 @@ async def test_whose_command_found_no_device_is_told_so_while_he_rests(bench: Be
         outcome = await bench.says("ann", b'{"v": 2}')
         assert outcome.refusal is not None
         assert (outcome.refusal.gate, outcome.refusal.code) == (gate, "plugin.no_device")
+
+
+async def test_a_panic_costs_its_sender_a_rest_and_the_receiver_goes_on(bench: Bench) -> None:
+    outcome = await bench.says("ann", b'{"v": 3}')
+    assert outcome.refusal is not None
+    assert outcome.refusal.code == "plugin.failed"
+    assert (await bench.says("bob", b"{}")).refusal is None
 
 
 async def test_whoever_broke_nothing_is_served_meanwhile(bench: Bench) -> None:

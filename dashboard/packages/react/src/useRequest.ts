@@ -43,7 +43,8 @@ export function useRequest<Q = unknown, A = unknown>(robotId: string, label: str
     let own: RequestCaller
     try {
       own = new RequestCaller(stores.getOrCreateStore(connector, BidirectionalStore))
-    } catch {
+    } catch (error) {
+      if (!(error instanceof TypeError)) throw error
       refusal.current = new MosaicError('channel.wrong_direction', `'${label}' answers no requests: it is shown here as something else.`)
       return undefined
     }

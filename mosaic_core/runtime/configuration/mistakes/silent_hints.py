@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import ast
 import inspect
-import sys
 import textwrap
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from mosaic_core.contract.declared.attribute_reads import package_reads
 from mosaic_core.contract.handler import (
     AudioReceivable,
     AudioTrackHandler,
@@ -51,10 +51,10 @@ def _silence(kind: type[Handler]) -> tuple[str, str] | None:
         return None
     body, place = getattr(kind, name), standing_at(kind)
     if body is not getattr(base, name):
-        if not sends or not _yields_nothing(body) or _package_reads(kind, sends):
+        if not sends or not _yields_nothing(body) or package_reads(kind, sends):
             return None
         return f"{name}() of {kind.__name__} yields nothing", f"yield what it shall send{place}"
-    if _package_reads(kind, sends):
+    if package_reads(kind, sends):
         return None
     own = [key for key, value in vars(kind).items() if callable(value) and not key.startswith("_")]
     called = f", and nobody calls its {own[0]}()" if len(own) == 1 else ""
@@ -101,19 +101,3 @@ def _returned_by(function: Callable[..., Any]) -> list[ast.expr] | None:
         if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda | ast.ClassDef):
             waiting += ast.iter_child_nodes(node)
     return found
-
-
-def _package_reads(kind: type, names: frozenset[str]) -> bool:
-    """Whether a module of its package, as far as that is imported, reads an attribute of one of these names; true
-    where a source can't be read."""
-    top = kind.__module__.partition(".")[0]
-    for module in [one for name, one in sys.modules.items() if name.partition(".")[0] == top]:
-        try:
-            tree = ast.parse(inspect.getsource(module))
-        except (OSError, TypeError, SyntaxError):
-            if module.__name__ == kind.__module__:
-                return True
-            continue
-        if any(isinstance(one, ast.Attribute) and one.attr in names for one in ast.walk(tree)):
-            return True
-    return False
