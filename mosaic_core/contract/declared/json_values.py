@@ -17,8 +17,8 @@ def unknown_to_json(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
                 yield place, key
             yield from unknown_to_json(inner, place)
     elif isinstance(value, list | tuple):
-        for place, inner in enumerate(value):
-            yield from unknown_to_json(inner, f"{path}.{place}" if path else str(place))
+        for index, inner in enumerate(value):
+            yield from unknown_to_json(inner, f"{path}.{index}" if path else str(index))
     elif not (value is None or isinstance(value, str | int | float)):
         yield path, value
 
