@@ -78,6 +78,14 @@ class Configurer(TypeArguments, ABC, Generic[P]):
         """Make the handler. Open no device here: that is the body's work, so that it can be retried."""
 
 
+def check_configurer(configurer: object, function: str) -> None:
+    """Raise :class:`TypeError` for what is no class of a configurer, given to ``function`` of the kit."""
+    if isinstance(configurer, type) and issubclass(configurer, Configurer):
+        return
+    name = configurer.__name__ if isinstance(configurer, type) else f"an instance of {type(configurer).__name__}"
+    raise TypeError(f"`{function}` takes the class of a configurer, whose `configure()` it calls, and not {name}")
+
+
 def _check_params_said(cls: type[Configurer[Any]]) -> None:
     """Refuse a class that reads its ``params`` and leaves open what they are: whatever the file says would be an
     unknown key."""

@@ -95,7 +95,7 @@ class _Asked(Request):
 
     def _wait(self, seconds: float) -> bool:
         if not self.is_cancelled:
-            self._clock.advance(min(seconds, self._ends_at_s - self._clock.now_s))
+            self._clock.advance(max(0.0, min(seconds, self._ends_at_s - self._clock.now_s)))
         return self.is_cancelled
 
     def outcome(self, question: Any) -> Any:

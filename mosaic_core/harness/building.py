@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Protocol, TypeVar, cast
 
-from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.configurer import Configurer, check_configurer
 from mosaic_core.contract.devices.shared import Shared
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, check_made
+from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
-from mosaic_core.harness.right_kind import check_configurer
+from mosaic_core.runtime.configuration.auto_configurer import problems_of, usable_handlers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.resolver import uninstalled
-from mosaic_core.runtime.configuration.safety_problems import safety_problems
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import ConnectorConfig
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, Problem
 
 MadeHandler = TypeVar("MadeHandler", covariant=True)
 
@@ -34,35 +33,41 @@ def build(
     label: str = "under_test",
     params: Mapping[str, Any] | None = None,
     safety: Mapping[str, Any] | None = None,
+    delivery: str | Mapping[str, Any] | None = None,
     shared: Shared | None = None,
     clock: FakeClock | None = None,
 ) -> MadeHandler:
     """What ``configure()`` of this configurer returns, bound to a :class:`FakeHost` on ``clock``.
 
-    ``params`` and ``safety`` are written as in the YAML file. Raises :class:`ConfigError` with every mistake, as
-    ``mosaic validate`` would print it. Devices that live in ``shared`` are opened by ``with shared.entered():``.
+    ``label``, ``params``, ``safety`` and ``delivery`` are written as in the YAML file. Raises :class:`ConfigError` with
+    every mistake, as ``mosaic validate`` would print it, and what ``configure()`` raises as it is. Devices that live
+    in ``shared`` are opened by ``with shared.entered():``.
     """
-    check_configurer(configurer)
+    check_configurer(configurer, "build")
     model = cast("type[Configurer[Any]]", configurer)
-    document = YamlDocument({"params": dict(params or {}), "safety": dict(safety or {})})
-    valid_params, problems = validated(model.params_model, document.tree["params"], document, ("params",))
-    valid_safety, more = validated(model.safety_model, document.tree["safety"], document, ("safety",))
-    if valid_params is None or valid_safety is None:
-        raise ConfigError([*problems, *more])
-    made = model(label, valid_params, safety=valid_safety, shared=shared).configure()
-    handlers: Sequence[Handler] = made if isinstance(made, Sequence) else [made]
-    for handler in handlers:
-        check_made(handler)
-    if safety:
-        raw = ConnectorConfig(type=model.connector_type or "under-test", label=label, safety=dict(safety))
-        installed = uninstalled(model, raw.type)
-        checked = CheckedConnector(raw, model, valid_params, valid_safety, installed, (), document)
-        if wrong := [*safety_problems(checked, tuple(handlers))]:
-            raise ConfigError(wrong)
+    one = _checked(model, label, {"params": dict(params or {}), "safety": dict(safety or {}), "delivery": delivery})
+    made = model(label, one.params, safety=one.safety, shared=shared).configure()
+    problems: list[Problem] = []
+    handlers = usable_handlers(one, made, problems)
+    if problems or (problems := [*problems_of(one, handlers)]):
+        raise ConfigError(problems)
     clock = clock or FakeClock()
     for handler in handlers:
         host = FakeHost(clock)
         if isinstance(handler, DataChannelReceivable):
-            host.safety = ReceiverSafety.of(valid_safety, handler)
+            host.safety = ReceiverSafety.of(one.safety, handler)
         handler.bind(host)
     return cast("MadeHandler", made)
+
+
+def _checked(configurer: type[Configurer[Any]], label: str, entry: Mapping[str, Any]) -> CheckedConnector:
+    """The connector of an ``entry`` of the YAML file; raises :class:`ConfigError`."""
+    document = YamlDocument({"type": configurer.connector_type or "under-test", "label": label, **entry})
+    config, problems = validated(ConnectorConfig, document.tree, document, ())
+    if config is None:
+        raise ConfigError(problems)
+    params, problems = validated(configurer.params_model, config.params, document, ("params",))
+    safety, more = validated(configurer.safety_model, config.safety, document, ("safety",))
+    if params is None or safety is None:
+        raise ConfigError([*problems, *more])
+    return CheckedConnector(config, configurer, params, safety, uninstalled(configurer, config.type), (), document)

@@ -73,6 +73,8 @@ def _run(
     within_s: float,
     noun: str,
 ) -> list[Any]:
+    if count is not None and count < 1:
+        raise ValueError(f"take 1 of the {noun} or more, not {count}; all of them without a count")
     host = fake_host(handler)
     host.arm()
     host.stop_at_s = host.clock.now_s + within_s

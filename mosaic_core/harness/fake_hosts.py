@@ -44,8 +44,11 @@ class FakeClock:
         self._alarms.remove(alarm)
 
     def advance(self, seconds: float) -> None:
-        """Let ``seconds`` pass; what is due on the way happens at its exact time."""
-        end_s = self.now_s + max(0.0, seconds)
+        """Let ``seconds`` pass; what is due on the way happens at its exact time. Time does not go back:
+        :class:`ValueError` for less than 0."""
+        if not seconds >= 0:
+            raise ValueError(f"a clock advances by 0 s or more, not {seconds}")
+        end_s = self.now_s + seconds
         while due := [(alarm.due_at_s, alarm) for alarm in self._alarms if alarm.due_at_s is not None]:
             due_at_s, alarm = min(due, key=lambda one: one[0])
             if due_at_s > end_s:
@@ -105,7 +108,7 @@ class FakeHost:
     def wait(self, seconds: float) -> bool:
         """Advance the clock; ``True`` when the handler shall stop."""
         if not self._is_stopping:
-            self.clock.advance(min(seconds, self.stop_at_s - self.clock.now_s))
+            self.clock.advance(max(0.0, min(seconds, self.stop_at_s - self.clock.now_s)))
             self._is_stopping = self._is_stopping or self.clock.now_s >= self.stop_at_s
         return self._is_stopping
 

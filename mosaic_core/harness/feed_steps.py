@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -15,12 +16,22 @@ ANOTHER_OPERATOR = Sender(peer_id="peer-2", session_id="session-2", operator_id=
 """Somebody else, who says stop where a script does not say who."""
 
 
+def _number(step: object, given: object) -> float:
+    if isinstance(given, int | float):
+        return given
+    raise TypeError(f"{type(step).__name__} takes a number, not {given!r}")
+
+
 @dataclass(frozen=True, slots=True)
 class Silence:
     """A pause: nothing arrives for ``seconds``."""
 
     seconds: float
     """Of the fake clock."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= _number(self, self.seconds) < math.inf:
+            raise ValueError(f"Silence lasts 0 s or longer, not {self.seconds}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +79,10 @@ class SlowedTo:
 
     factor: float
     """0: nothing may move, 1: as fast as it was commanded."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= _number(self, self.factor) <= 1:
+            raise ValueError(f"SlowedTo takes a share from 0 to 1, not {self.factor}")
 
 
 FeedStep: TypeAlias = (

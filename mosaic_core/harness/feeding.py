@@ -30,7 +30,7 @@ from mosaic_core.harness.feed_steps import (
     SlowedTo,
     Stopped,
 )
-from mosaic_core.harness.right_kind import check_has, check_script
+from mosaic_core.harness.right_kind import check_has, check_script, check_step
 from mosaic_core.machines.commands.admission import (
     ArrivedCommand,
     CommandChannel,
@@ -131,6 +131,7 @@ class Feeder:
 
     def steps(self, step: FeedStep) -> Generator[Any, None, None]:
         """Play one step; yields what ``async def handle_data`` returned, to be awaited."""
+        check_step(step)
         match step:
             case Silence(seconds):
                 self.host.clock.advance(seconds)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.handler import Handler
 
 _TESTED_BY = {
@@ -38,16 +37,16 @@ def check_has(handler: object, body: str) -> None:
 
 
 def check_script(script: object) -> None:
-    """Raise :class:`TypeError` for one message alone, whose parts would be fed."""
-    if isinstance(script, Mapping | BaseModel | str | bytes):
+    """Raise :class:`TypeError` for one message or step alone, whose parts would be fed."""
+    if isinstance(script, type):
+        raise TypeError(f"a script is a list of messages and steps, not a class: write `[{script.__name__}(…)]`")
+    if isinstance(script, Mapping | BaseModel | str | bytes) or not isinstance(script, Iterable):
         raise TypeError(
             f"a script is a list of messages and steps, not a {type(script).__name__}: write `[…]` around it"
         )
 
 
-def check_configurer(configurer: object) -> None:
-    """Raise :class:`TypeError` for what is no class of a configurer."""
-    if isinstance(configurer, type) and issubclass(configurer, Configurer):
-        return
-    name = configurer.__name__ if isinstance(configurer, type) else f"an instance of {type(configurer).__name__}"
-    raise TypeError(f"`build` takes the class of a configurer, whose `configure()` it calls, and not {name}")
+def check_step(step: object) -> None:
+    """Raise :class:`TypeError` for a step whose brackets were forgotten, which would be sent as a message."""
+    if isinstance(step, type):
+        raise TypeError(f"a step is made with brackets: write `{step.__name__}(…)`")

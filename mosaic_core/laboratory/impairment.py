@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 
 from mosaic_core.machines.laboratory.impaired_link import PROFILES, ImpairedLink, LinkProfile
+from mosaic_core.words.errors import guess
 
 
 class Impairment:
@@ -38,4 +39,9 @@ class Impairment:
 
 
 def _profile(profile: LinkProfile | str) -> LinkProfile:
-    return PROFILES[profile] if isinstance(profile, str) else profile
+    if isinstance(profile, LinkProfile):
+        return profile
+    if profile in PROFILES:
+        return PROFILES[profile]
+    cure = guess(str(profile), PROFILES, f"there are {', '.join(PROFILES)}, and `LinkProfile(…)` of your own")
+    raise ValueError(f"no network has the profile {profile!r}: {cure}")

@@ -16,10 +16,11 @@ from typing import Any
 
 import pluggy
 
-from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.configurer import Configurer, check_configurer
 from mosaic_core.laboratory.memory_network import MemoryNetwork
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
 from mosaic_core.laboratory.networks import Network
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.operator.mosaic_operator import MosaicOperator
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
@@ -54,10 +55,15 @@ def connector(
     safety: Mapping[str, Any] | None = None,
     delivery: str | Mapping[str, Any] | None = None,
 ) -> ConnectorEntry:
-    """One connector of :func:`joined`, written as in the YAML file."""
+    """One connector of :func:`joined`, written as in the YAML file. Raises :class:`ConfigError` for mistakes in
+    ``label`` and ``delivery``; those in params and safety are told by :func:`joined`."""
+    check_configurer(configurer, "connector")
     entry = {"type": configurer.connector_type or "under-test", "label": label, "params": dict(params or {})}
-    more = {"safety": dict(safety) if safety else None, "delivery": delivery}
-    return ConnectorEntry(configurer, ConnectorConfig.model_validate({**entry, **more}))
+    document = YamlDocument({**entry, "safety": dict(safety) if safety else None, "delivery": delivery})
+    config, problems = validated(ConnectorConfig, document.tree, document, ())
+    if config is None:
+        raise ConfigError(problems)
+    return ConnectorEntry(configurer, config)
 
 
 @dataclass(slots=True)
@@ -109,6 +115,7 @@ async def joined(
     unconverted, over real WebRTC as :class:`av.VideoFrame`. Raises :class:`ConfigError` for mistakes in params. Hook
     plugins that are installed are not loaded; give your own in ``plugins``.
     """
+    _check_joins(entries, network)
     configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
         checked_config(entries, control)
     )
@@ -119,6 +126,19 @@ async def joined(
         if takes_leases:
             await _take_leases(connection, configured)
         yield Joined(robot, configured, operator, connection, between, server, stack)
+
+
+def _check_joins(entries: Sequence[object], network: object) -> None:
+    """Raise :class:`TypeError` for what is joined without ``connector(…)``, and for a network by its name."""
+    for one in entries:
+        if not isinstance(one, ConnectorEntry):
+            what = one.__name__ if isinstance(one, type) else f"an instance of {type(one).__name__}"
+            raise TypeError(f"`joined` takes what `connector(ItsConfigurer, label=…)` returns, and not {what}")
+    if isinstance(network, str | LinkProfile):
+        raise TypeError(
+            "`network` is what the fixture impaired_network returns: write `network=impaired_network("
+            f"{network!r})`, with the fixture among the arguments of the test"
+        )
 
 
 @asynccontextmanager

@@ -259,8 +259,7 @@ class RobotConnection(RobotStores):
         self._interrupted.set()
         for caller in self._callers.values():
             caller.close()
-        for callback in self._closings:
-            callback(error)
+        self._closings.tell(error)
 
     def signaled(self, message: SignalingMessage) -> None:
         """A signaling message about this connection."""
@@ -318,9 +317,7 @@ class RobotConnection(RobotStores):
             case control.Near(urls=urls):
                 self.near_urls = urls
             case control.Refusal():
-                told = self._with_its_lease(message)
-                for callback in self._refusals:
-                    callback(told)
+                self._refusals.tell(self._with_its_lease(message))
             case _:
                 self._bindings.heard(message)
 

@@ -6,7 +6,7 @@ import json
 import math
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -39,9 +39,12 @@ from mosaic_core.testing import (
     FakeClock,
     From,
     Leaves,
+    LinkProfile,
     MadeSafe,
+    MemoryNetwork,
     RefusedMessage,
     Silence,
+    SlowedTo,
     ask,
     build,
     collect,
@@ -419,4 +422,49 @@ async def test_two_connectors_of_one_label_are_told() -> None:
 
     with pytest.raises(ConfigError, match="two connectors have the label 'under_test'"):
         async with joined(connector(TickConfigurer), connector(TickConfigurer)):
+            """Never."""
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Silence("1"), "Silence takes a number, not '1'"),
+        (lambda: Silence(-1), "Silence lasts 0 s or longer, not -1"),
+        (lambda: Silence(float("nan")), "Silence lasts 0 s or longer, not nan"),
+        (lambda: SlowedTo(20), "SlowedTo takes a share from 0 to 1, not 20"),
+        (lambda: feed(Answering("it"), [Silence]), r"a step is made with brackets: write `Silence\(…\)`"),
+        (lambda: feed(Answering("it"), Silence), r"not a class: write `\[Silence\(…\)\]`"),
+        (lambda: feed(Answering("it"), Silence(1)), r"not a Silence: write `\[…\]` around it"),
+        (lambda: collect(Doubtful("it"), 0), "take 1 of the messages or more, not 0; all of them without a count"),
+        (lambda: FakeClock().advance(-1), "a clock advances by 0 s or more, not -1"),
+        (lambda: LinkProfile("bad", loss=3), "loss is a share of the packets, from 0 to 1, not 3"),
+        (lambda: LinkProfile("bad", delay_ms=-3), "delay_ms is 0 or more, not -3"),
+        (lambda: LinkProfile("bad", rate_mbps=0), "rate_mbps is more than 0, or None for no bottleneck, not 0"),
+        (lambda: MemoryNetwork("wifi-wals"), "no network has the profile 'wifi-wals': did you mean 'wifi-walls'"),
+        (lambda: connector(Doubtful), "`connector` takes the class of a configurer, .* and not Doubtful"),
+        (lambda: connector(BothConfigurer, label="a b"), r"label"),
+        (lambda: build(BothConfigurer, label="a b"), r"label"),
+        (lambda: build(BothConfigurer, delivery="reliabel"), r"delivery.*reliable"),
+    ],
+)
+def test_what_means_nothing_to_the_kit_is_told(make: Callable[[], object], said: str) -> None:
+    with pytest.raises((TypeError, ValueError, ConfigError), match=said):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("entries", "network", "said"),
+    [
+        (
+            [Doubtful("it")],
+            None,
+            r"takes what `connector\(ItsConfigurer, label=…\)` returns, .* an instance of Doubtful",
+        ),
+        ([BothConfigurer], None, r"takes what `connector\(ItsConfigurer, label=…\)` returns, and not BothConfigurer"),
+        ([], "4g", r"write `network=impaired_network\('4g'\)`"),
+    ],
+)
+async def test_what_is_joined_is_a_connector_and_its_network_no_name(entries: Any, network: Any, said: str) -> None:
+    with pytest.raises(TypeError, match=said):
+        async with joined(*entries, network=network):
             """Never."""

@@ -26,6 +26,16 @@ class LinkProfile:
     queue_ms: float = 200.0
     """What the bottleneck buffers before it drops: routers at the edge are often this deep or deeper."""
 
+    def __post_init__(self) -> None:
+        for share in ("loss", "reorder"):
+            if not 0 <= getattr(self, share) <= 1:
+                raise ValueError(f"{share} is a share of the packets, from 0 to 1, not {getattr(self, share)}")
+        for time in ("delay_ms", "jitter_ms", "queue_ms"):
+            if not getattr(self, time) >= 0:
+                raise ValueError(f"{time} is 0 or more, not {getattr(self, time)}")
+        if self.rate_mbps is not None and not self.rate_mbps > 0:
+            raise ValueError(f"rate_mbps is more than 0, or None for no bottleneck, not {self.rate_mbps}")
+
 
 PROFILES: dict[str, LinkProfile] = {
     profile.name: profile

@@ -256,7 +256,7 @@ class ControlDesk:
             _log.warning("the lease of %r did not come back: %s", resource, error.message)
         else:
             self._takers.regained(leases, again)
-            self._tell()
+            self._listeners.tell()
 
     # -- the machine -------------------------------------------------------------------------------------------------
 
@@ -278,16 +278,9 @@ class ControlDesk:
                 if self._channel is not None:
                     self._channel.send(message)
             case machine.ControlChanged():
-                self._tell()
+                self._listeners.tell()
             case _:
                 self._takers.decided(effect)
-
-    def _tell(self) -> None:
-        for callback in self._listeners:
-            try:
-                callback()
-            except Exception:  # noqa: BLE001 - a listener that fails must cost nobody the control
-                _log.exception("a listener of the control desk failed")
 
 
 def _of_an_original(extension: str) -> MosaicError:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 from collections.abc import Callable
 from types import TracebackType
 from typing import Self
@@ -11,8 +10,6 @@ from typing import Self
 from mosaic_core.operator.delivery.listeners import Listeners
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.errors import MosaicError
-
-_log = logging.getLogger(__name__)
 
 
 class LeaseDenied(MosaicError):
@@ -103,11 +100,7 @@ class Lease:
         self._ended.set()
         # Not at once: the block itself may be running right now, and would only meet it after its own end.
         asyncio.get_running_loop().call_soon(self._cancel_block)
-        for callback in self._listeners:
-            try:
-                callback(lost)
-            except Exception:  # noqa: BLE001 - one listener must not keep the news from the others
-                _log.exception("a listener of the lease of %r failed", self.resource)
+        self._listeners.tell(lost)
 
     def _cancel_block(self) -> None:
         if self._block is not None:

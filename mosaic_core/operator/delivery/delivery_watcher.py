@@ -53,8 +53,7 @@ class DeliveryWatcher:
 
     def reported(self, report: DeliveryReport) -> None:
         self.rows = {row.label: row for row in report.connectors}
-        for callback in self._listeners:
-            callback(self.rows)
+        self._listeners.tell(self.rows)
 
     def _ask(self, on: bool) -> None:
         if self.is_known:

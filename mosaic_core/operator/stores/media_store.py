@@ -123,8 +123,7 @@ class SoundStore(MosaicStore):
         """Called by the connection with every piece."""
         self.latest_sound = sound
         self.received_sounds += 1
-        for hear in self._hearers:
-            hear(sound)
+        self._hearers.tell(sound)
 
 
 class VoiceStore(MosaicStore):

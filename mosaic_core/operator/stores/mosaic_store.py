@@ -10,7 +10,7 @@ import asyncio
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from mosaic_core.operator.delivery.listeners import Listeners
 from mosaic_core.operator.delivery.store_counters import StoreCounters
@@ -20,6 +20,7 @@ from mosaic_core.words.errors import ConnectionFailed, MosaicError
 _log = logging.getLogger(__name__)
 
 StoreMoment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
+MOMENTS: tuple[StoreMoment, ...] = get_args(StoreMoment)
 HOPELESS = ("channel.unknown_label", "media.no_line")
 """Codes of failures that waiting does not mend."""
 
@@ -60,7 +61,7 @@ class MosaicStore:
         self.state = StoreState()
         self.counters = StoreCounters()
         """What it has received and sent since it was made."""
-        self._listeners: dict[StoreMoment, Listeners[[]]] = {}
+        self._listeners = {moment: self._own_listeners(moment) for moment in MOMENTS}
         self._changed = asyncio.Event()
         self._gap_listeners: Listeners[[Gap]] = Listeners()
         self.warns_of_gaps = True
@@ -96,7 +97,7 @@ class MosaicStore:
 
     def when(self, moment: StoreMoment, callback: Callable[[], None]) -> Callable[[], None]:
         """Call ``callback`` at each such moment; returns what ends it."""
-        return self._listeners.setdefault(moment, Listeners()).add(callback)
+        return self._listeners[moment].add(callback)
 
     def on_gap(self, callback: Callable[[Gap], None]) -> Callable[[], None]:
         """Call ``callback(gap)`` when messages were lost across a reconnection; returns what ends it."""
@@ -157,8 +158,7 @@ class MosaicStore:
             label = self.robot_connector.connector_id
             what = "messages" if lost is None else f"{lost} message(s)"
             _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
-        for callback in self._gap_listeners:
-            callback(Gap(lost, sent))
+        self._gap_listeners.tell(Gap(lost, sent))
 
     def failed(self, error: MosaicError, nearest: str | None = None) -> None:
         """The channel or track could not be opened; ``nearest`` is the label that may be meant."""
@@ -172,8 +172,12 @@ class MosaicStore:
         self._changed.set()
 
     def _moment(self, moment: StoreMoment) -> None:
-        methods = [getattr(self, moment)]
+        self._listeners[moment].tell()
+
+    def _own_listeners(self, moment: StoreMoment) -> Listeners[[]]:
+        """Those of the class itself, who hear of it first."""
+        listeners: Listeners[[]] = Listeners()
+        listeners.add(getattr(self, moment))
         if getattr(type(self), f"on_{moment}") is not getattr(MosaicStore, f"on_{moment}"):
-            methods.append(getattr(self, f"on_{moment}"))
-        for callback in (*methods, *self._listeners.get(moment, ())):
-            callback()
+            listeners.add(getattr(self, f"on_{moment}"))
+        return listeners

@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
-import logging
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from typing import Any
@@ -17,14 +16,12 @@ from pydantic import BaseModel
 
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator.delivery.data_port import MessageInfo, Received
-from mosaic_core.operator.delivery.listeners import all_heard, first_heard
+from mosaic_core.operator.delivery.listeners import Complaints, all_heard, first_heard
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.wire_model import to_json
-
-_log = logging.getLogger(__name__)
 
 Subscriber = Callable[..., Awaitable[None] | None]
 Outlet = Callable[[PayloadKind, bytes], bool]
@@ -34,8 +31,6 @@ ARRIVAL_POLL_S = 0.01
 """Acknowledgements come within a round trip, and SCTP calls nobody when one does."""
 HELD_PERIOD_S = 0.1
 """A third of the time-out that most of what moves has."""
-COMPLAINT_S = 5.0
-"""A subscriber that fails at every message is not told of a hundred times per second."""
 
 
 class ReceivableStore(MosaicStore):
@@ -46,8 +41,7 @@ class ReceivableStore(MosaicStore):
         self.latest: Received | None = None
         self._subscribers: list[tuple[Subscriber, bool]] = []
         self._tasks = BackgroundTasks()
-        self._complained_at_s = float("-inf")
-        self._failures = 0
+        self._complaints = Complaints()
 
     @property
     def latest_age_s(self) -> float | None:
@@ -98,12 +92,7 @@ class ReceivableStore(MosaicStore):
             self._complain()
 
     def _complain(self) -> None:
-        """Log the exception that is being handled; at most one in :data:`COMPLAINT_S`, and how many there were."""
-        self._failures += 1
-        now_s = time.monotonic()
-        if now_s - self._complained_at_s >= COMPLAINT_S:
-            self._complained_at_s = now_s
-            _log.exception("%s: a subscriber failed (%d so far)", self.robot_connector.connector_id, self._failures)
+        self._complaints.log(f"{self.robot_connector.connector_id}: a subscriber")
 
 
 class SendableStore(MosaicStore):

@@ -169,12 +169,7 @@ def _connectors(
             if not handlers:
                 continue
             known.append((one, handlers))
-            problems += body_problems(one, handlers)
-            problems += safety_problems(one, handlers)
-            problems += delivery_problems(one, handlers)
-            problems += request_problems(one, handlers)
-            problems += encoding_problems(one, handlers)
-            problems += widget_problems(one, handlers)
+            problems += problems_of(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
@@ -189,11 +184,17 @@ def _connectors(
     return connectors
 
 
-def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
-    def refused(cause: str, thing: object, cure: str = "") -> tuple[Handler, ...]:
-        problems.append(broken(one, cause, cure=cure, at=code_of(thing)))
-        return ()
+def problems_of(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """What a robot would refuse of one connector and the handlers that it made."""
+    yield from body_problems(one, handlers)
+    yield from safety_problems(one, handlers)
+    yield from delivery_problems(one, handlers)
+    yield from request_problems(one, handlers)
+    yield from encoding_problems(one, handlers)
+    yield from widget_problems(one, handlers)
 
+
+def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
     try:
         with told_when_slow(f"configure() of connector '{one.config.label}' of {one.installed.source}"):
             made = configurer.configure()
@@ -202,12 +203,23 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
     except BaseException as error:  # noqa: BLE001 - a plugin's code may fail in any way
         problems += unmade(one, error)
         return ()
+    return usable_handlers(one, made, problems)
+
+
+def usable_handlers(one: CheckedConnector, made: object, problems: list[Problem]) -> tuple[Handler, ...]:
+    """The handlers among what ``configure()`` returned, ``made``; none where something else is among them, or one that
+    was not made as a handler must be."""
+
+    def refused(cause: str, thing: object, cure: str = "") -> tuple[Handler, ...]:
+        problems.append(broken(one, cause, cure=cure, at=code_of(thing)))
+        return ()
+
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
         said, cure = repr(made), "return a handler, or a sequence of them"
         if isinstance(made, type) and issubclass(made, Handler):
             said, cure = f"the class {made.__name__}", f"return one of it: {made.__name__}(self.label, …)"
-        return refused(f"configure() returned {said} instead of a handler", type(configurer).configure, cure)
+        return refused(f"configure() returned {said} instead of a handler", one.configurer.configure, cure)
     unnamed = next(
         (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
     )
@@ -218,7 +230,7 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
     if bad:
         cause = f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}"
         return refused(
-            cause, type(configurer).configure, "begin them with a letter or digit; letters, digits and _.:/- may follow"
+            cause, one.configurer.configure, "begin them with a letter or digit; letters, digits and _.:/- may follow"
         )
     try:
         for handler in handlers:

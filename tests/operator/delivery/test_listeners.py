@@ -9,19 +9,14 @@ import pytest
 from mosaic_core.operator.delivery.listeners import Listeners, first_heard
 
 
-def told(listeners: Listeners[[str]], word: str) -> None:
-    for callback in listeners:
-        callback(word)
-
-
 def test_everybody_hears_in_the_order_of_coming_until_they_leave() -> None:
     listeners, heard = Listeners[[str]](), list[str]()
     end_first = listeners.add(lambda word: heard.append(f"first {word}"))
     listeners.add(lambda word: heard.append(f"second {word}"))
-    told(listeners, "one")
+    listeners.tell("one")
     end_first()
     end_first()
-    told(listeners, "two")
+    listeners.tell("two")
     assert heard == ["first one", "second one", "second two"]
     assert len(listeners) == 1
 
@@ -30,7 +25,7 @@ def test_who_leaves_while_being_called_takes_the_word_from_nobody() -> None:
     listeners, heard = Listeners[[str]](), list[str]()
     end = listeners.add(lambda word: end())
     listeners.add(heard.append)
-    told(listeners, "one")
+    listeners.tell("one")
     assert (heard, len(listeners)) == (["one"], 1)
 
 
@@ -38,8 +33,8 @@ async def test_the_first_value_is_waited_for_and_what_follows_is_not_heard() -> 
     listeners = Listeners[[str]]()
     waiting = asyncio.create_task(first_heard(listeners.add))
     await asyncio.sleep(0)
-    told(listeners, "one")
-    told(listeners, "two")
+    listeners.tell("one")
+    listeners.tell("two")
     assert await waiting == "one"
     assert len(listeners) == 0
 
@@ -50,3 +45,27 @@ async def test_who_waits_no_longer_leaves_no_listener_behind() -> None:
         async with asyncio.timeout(0.01):
             await first_heard(listeners.add)
     assert len(listeners) == 0
+
+
+def test_a_callback_that_fails_takes_the_word_from_nobody_and_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    def broken(word: str) -> None:
+        raise ValueError(f"no {word}")
+
+    listeners, heard = Listeners[[str]](), list[str]()
+    listeners.add(broken)
+    listeners.add(heard.append)
+    listeners.tell("one")
+    listeners.tell("two")
+    assert heard == ["one", "two"]
+    (record,) = caplog.records
+    assert "broken failed (1 so far)" in record.message
+    assert record.exc_info is not None
+    assert str(record.exc_info[1]) == "no one"
+
+
+def test_a_callback_that_nobody_would_await_is_refused() -> None:
+    async def later(word: str) -> None:
+        """Never."""
+
+    with pytest.raises(TypeError, match=r"later is called without being awaited: write `def`, and start a task"):
+        Listeners[[str]]().add(later)
