@@ -242,16 +242,16 @@ class _Sends(Handler):
         declares that it may be absent; else the message is counted as ``refused``. Raises :class:`MosaicError`
         (``plugin.wrong_message``) for what the class does not declare."""
         declared = _declared_by(type(self))
-        text = declared.json_of(value, self.label)
-        if text is None:
+        payload = declared.json_of(value, self.label)
+        if payload is None:
             self.count_loss("refused")
             return False
         if _declares(type(self)):
             declared.check(value)
-        return self._send(PayloadKind.JSON, text.encode(), to)
+        return self._send(PayloadKind.JSON, payload, to)
 
     def send_string(self, text: str, to: Sender | None = None) -> bool:
-        return self._send(PayloadKind.STRING, text.encode(), to)
+        return self._send(PayloadKind.STRING, _declared_by(type(self)).text_of(text), to)
 
     def send_bytes(
         self, data: bytes, to: Sender | None = None, *, original_text: Callable[[], str] | None = None

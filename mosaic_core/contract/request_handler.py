@@ -15,13 +15,13 @@ from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter
 
+from mosaic_core.contract.declared.json_values import encoded
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.every import refuse_in_async
 from mosaic_core.contract.handler import DataChannelBidirectional, message_type_of
 from mosaic_core.contract.host import Sender
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
-from mosaic_core.words.wire_model import to_json
 
 Q = TypeVar("Q")
 A = TypeVar("A")
@@ -49,7 +49,7 @@ class Request:
         out, five times a second at most. Raises :class:`ValueError` or :class:`TypeError` for what is no JSON."""
         plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
         try:
-            to_json(plain)
+            encoded(plain)
         except (TypeError, ValueError) as error:
             raise type(error)(f"request.progress takes a message, or what is JSON: {error}") from None
         if not self.is_cancelled:

@@ -170,6 +170,7 @@ class Refused(Exception):
     def __init__(self, code: str, message: str = "") -> None:
         if not code or any(map(str.isspace, code)):
             raise ValueError(f"Refused takes a code and then a text: Refused('acme.why', {code!r})")
+        message = message.encode(errors="backslashreplace").decode()  # a file's name may have half a character
         super().__init__(message or code)
         self.code = code
         self.message = message

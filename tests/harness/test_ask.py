@@ -9,6 +9,7 @@ import time
 from collections.abc import AsyncIterator
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -121,6 +122,7 @@ def test_the_body_may_refuse() -> None:
         ),
         ({"kilograms": math.nan, "of": "Alice"}, "declares Weight and answers dict (answer: Value error, kilograms is"),
         (Weight.model_construct(kilograms=1.0, of=math.nan), "answers what Weight does not declare: Expected `str`"),
+        (Weight(kilograms=1, of="caf\udce9"), "answers 'of' as text with half a character, which JSON does not know: "),
         (Weight(kilograms=math.nan, of="Alice"), "answers 'kilograms', which is no finite number and not declared as"),
     ],
 )
@@ -134,6 +136,36 @@ def test_an_answer_that_is_not_what_the_class_says_is_told_with_class_line_and_f
     place = f"{__file__}:{Broken.answer.__code__.co_firstlineno}"
     assert caught.value.message.startswith(f"{Broken.__qualname__}.answer ({place}) {said}")
     assert caught.value.code == "plugin.wrong_message"
+
+
+def test_an_answer_of_a_class_of_its_kind_has_all_its_fields() -> None:
+    class Exact(Weight):
+        error_g: float
+
+    class Careful(RequestHandler[Weigh, Weight]):
+        def answer(self, question: Weigh, request: Request) -> Weight:
+            return Exact(kilograms=1, of="Bob", error_g=2)
+
+    assert ask(Careful("careful"), {"seconds": 1}).answer == {"kilograms": 1.0, "of": "Bob", "error_g": 2.0}
+
+
+def test_an_answer_that_no_class_declares_is_told_by_the_field_that_json_does_not_know() -> None:
+    class Raw(RequestHandler[Weigh, dict]):  # type: ignore[type-arg]
+        def answer(self, question: Weigh, request: Request) -> dict[str, Any]:
+            return {"weights": [np.float32(1)]}
+
+    with pytest.raises(
+        MosaicError, match=r"answers what dict does not declare: 'weights\.0' as float32, .* write float"
+    ):
+        ask(Raw("raw"), {"seconds": 1})
+
+
+def test_a_refusal_may_name_a_file_whose_name_is_no_text() -> None:
+    class Looks(RequestHandler[Weigh, Weight]):
+        def answer(self, question: Weigh, request: Request) -> Weight:
+            raise Refused("files.unreadable", "caf\udce9.txt")
+
+    assert ask(Looks("looks"), {"seconds": 1}).refused == RefusedMessage(0.0, "files.unreadable", r"caf\udce9.txt")
 
 
 def test_a_number_of_an_answer_that_may_be_absent_is_null() -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails, PydanticSerializationError
 
+from mosaic_core.contract.declared.json_values import encoded, odd_part
 from mosaic_core.contract.declared.nested_models import keeps_unknown, models_at, names_of
 from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.words.errors import MosaicError, nearest
-from mosaic_core.words.wire_model import to_json
 
 MANY_MISTAKES = 4
 """As many mistakes of one answer are told."""
@@ -30,12 +30,17 @@ class DeclaredAnswer:
         :class:`MosaicError` (``plugin.wrong_message``) for anything that the class does not declare."""
         try:
             # What a model holds unchecked, such as NaN in an `int`, would leave as null.
-            plain = self._adapter.dump_python(self._validated(answer), mode="json", warnings="error")
+            valid = self._validated(answer)
+            adapter = TypeAdapter(type(valid)) if isinstance(valid, BaseModel) else self._adapter  # of one of its kind
+            plain = adapter.dump_python(valid, mode="json", warnings="error")
         except PydanticSerializationError as error:
             said = str(error).partition("PydanticSerializationUnexpectedValue(")[2].rstrip(") \n")
+            said = said or odd_part(answer) or str(error)
             raise self._wrong(f"answers what {self._name} does not declare: {said}") from None
         try:
-            to_json(plain)
+            encoded(plain)
+        except TypeError as error:
+            raise self._wrong(f"answers {error}") from None
         except ValueError:
             plain, refused = finite(plain, self._adapter.json_schema(mode="serialization"))
             if refused:

@@ -12,10 +12,10 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel, PydanticUserError, ValidationError
 from pydantic_core import PydanticSerializationError
 
-from mosaic_core.contract.declared.json_values import cure_of, unknown_to_json
+from mosaic_core.contract.declared.json_values import encoded, odd_part
 from mosaic_core.contract.declared.nested_models import names_of
 from mosaic_core.contract.declared.slips import slip_of
-from mosaic_core.contract.declared.yielded import caller, kind_of
+from mosaic_core.contract.declared.yielded import caller
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
 from mosaic_core.words.errors import MosaicError
@@ -77,17 +77,17 @@ class DeclaredMessage:
             fields = (f"{'.'.join(map(str, one['loc'])) or 'message'}: {one['msg']}" for one in mistakes)
             raise self._wrong(value, "; ".join(fields)) from None
 
-    def json_of(self, value: JsonMessage, label: str) -> str | None:
-        """JSON text, with null for numbers that are not finite where the class declares that they may be absent.
-        ``None``, and a line in the log, once for each field: it must not be sent."""
+    def json_of(self, value: JsonMessage, label: str) -> bytes | None:
+        """JSON, with null for numbers that are not finite where the class declares that they may be absent. ``None``,
+        and a line in the log, once for each field: it must not be sent."""
         plain, is_sound = _plain(value)
         if is_sound:
             try:
-                return to_json(plain)
+                return encoded(plain)
             except ValueError:  # a number that JSON does not know
                 pass
-            except TypeError:
-                raise self._unknown_to_json(plain) from None
+            except TypeError as error:
+                raise self._sends(str(error)) from None
         refused = self.unsent(value)
         self._tell(label, refused)
         if refused:
@@ -95,13 +95,18 @@ class DeclaredMessage:
         nulled, _ = finite(plain, self._schema)
         if isinstance(value, BaseModel):
             self._validate(value, nulled, type(value))
-        return to_json(nulled)
+        return encoded(nulled)
 
-    def _unknown_to_json(self, plain: Any) -> MosaicError:
-        field, odd = next(unknown_to_json(plain), ("", plain))
+    def text_of(self, text: str) -> bytes:
+        """The bytes of a text; raises :class:`MosaicError` (``plugin.wrong_message``) for half of a character."""
+        try:
+            return text.encode()
+        except UnicodeEncodeError:
+            raise self._sends(odd_part(text)) from None
+
+    def _sends(self, odd: str) -> MosaicError:
         at = f" ({place})" if (place := caller() or self._place) else ""
-        cure, what = cure_of(odd), f"{field!r} as {kind_of(odd)}" if field else kind_of(odd)
-        message = f"{self._handler.__qualname__}{at} sends {what}, which JSON does not know: {cure}"
+        message, cure = f"{self._handler.__qualname__}{at} sends {odd}", odd.rpartition(": ")[2]
         return MosaicError(message, code="plugin.wrong_message", cure=cure)
 
     def unsent(self, value: JsonMessage) -> tuple[str, ...]:

@@ -59,6 +59,7 @@ def _with_float(value: Any, loc: tuple[int | str, ...]) -> Any:
     """A copy of ``value`` with the float that is at ``loc``, or NaN in place of what around it can't be copied."""
     if not loc:
         return float(value)
+    value = value.tolist() if hasattr(value, "tolist") else value  # an array of another library
     if isinstance(value, Mapping) and loc[0] in value:
         return {**value, loc[0]: _with_float(value[loc[0]], loc[1:])}
     if isinstance(value, list | tuple) and isinstance(loc[0], int):

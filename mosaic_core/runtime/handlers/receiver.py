@@ -25,6 +25,7 @@ from mosaic_core.runtime.commands.inbox import Inbox, Incoming
 from mosaic_core.runtime.commands.safety_watch import GONE, SafetyWatch
 from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.handlers.task_runner import leave_behind
+from mosaic_core.runtime.threads.error_words import meant_by
 from mosaic_core.runtime.threads.failures import Failures, failure_code
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread, tell_abandoned
 from mosaic_core.runtime.threads.handover import on_loop
@@ -211,7 +212,7 @@ class Receiver:
         except GeneratorExit:  # Python's own, to a task that was abandoned with its event loop
             raise
         except BaseException as error:  # noqa: BLE001 (a plugin may raise anything)
-            self._raised(item, error)
+            self._raised(item, meant_by(error))
         else:
             self._succeeded(item)
 

@@ -20,7 +20,7 @@ from mosaic_core.contract.request_handler import Request, RequestHandler, answer
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.handlers.task_runner import leave_behind
-from mosaic_core.runtime.threads.error_words import said_by, words_of
+from mosaic_core.runtime.threads.error_words import meant_by, said_by, words_of
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 from mosaic_core.runtime.threads.handover import Handover
@@ -120,7 +120,7 @@ class RequestBodies:
         try:
             ended = BodyReturned(number, sent_answer(self._declared, await self._answer(question, request)))
         except BaseException as error:  # noqa: BLE001 (as above)
-            ended = self._refusal(number, request, error)
+            ended = self._refusal(number, request, meant_by(error))
         self._returned.put(ended)
 
     def _refusal(self, number: int, request: Request, error: BaseException) -> BodyReturned:

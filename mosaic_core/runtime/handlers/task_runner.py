@@ -11,6 +11,7 @@ from typing import Any
 from mosaic_core.contract.declared.yielded import hand_over
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
+from mosaic_core.runtime.threads.error_words import meant_by
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 
@@ -107,7 +108,7 @@ class TaskRunner(Runner):
                 raise
             return error
         except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
-            return error
+            return meant_by(error)
         return None
 
     async def _iterate(self) -> None:

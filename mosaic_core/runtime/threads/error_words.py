@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
 from mosaic_core.contract.declared.nested_models import names_of
 from mosaic_core.runtime.threads.import_words import import_meant
-from mosaic_core.words.errors import guess, nearest
+from mosaic_core.words.errors import DeviceGone, Refused, guess, nearest
 
 MANY_MISTAKES = 4
 """More of one model are no help in an error."""
@@ -19,10 +19,24 @@ MANY_LETTERS = 60
 """As many of a refused value are shown."""
 
 
+def meant_by(error: BaseException) -> BaseException:
+    """The error that a group of errors stands for, as a task group raises it: its only one, or the first of absences
+    and refusals alone; any other error, and any other group, is what it is."""
+    while isinstance(error, BaseExceptionGroup):
+        parts = [meant_by(one) for one in error.exceptions]
+        is_same = len(parts) == 1 or any(all(isinstance(one, kind) for one in parts) for kind in (DeviceGone, Refused))
+        if not is_same:
+            return error
+        error = parts[0]
+    return error
+
+
 def said_by(error: BaseException) -> str:
     """Kind and words of an error; of an attribute or a name to import that is not there also the nearest that is."""
     if speechless := _speechless(error):
         return f"{type(error).__name__}: {speechless}"
+    if isinstance(error, BaseExceptionGroup):
+        return "; ".join(said_by(one) for one in error.exceptions[:MANY_MISTAKES])
     meant = _attribute_meant(error) or import_meant(error)
     said = (
         error.msg if isinstance(error, SyntaxError) else _refused_values(error) or error

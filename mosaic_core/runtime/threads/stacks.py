@@ -54,7 +54,8 @@ class PluginCode:
         that is not the framework's own, or nothing."""
         lines = [
             (frame.f_code, line)
-            for frame, line in traceback.walk_tb(error.__traceback__)
+            for one in _causes(error)
+            for frame, line in traceback.walk_tb(one.__traceback__)
             if not frame.f_code.co_filename.startswith(_CORE)
         ]
         own = [(code, line) for code, line in lines if code.co_filename.startswith(self._sources)]
@@ -80,6 +81,15 @@ class PluginCode:
                 is_library=code.co_filename.startswith(_STANDARD),
             )
             frame = frame.f_back
+
+
+def _causes(error: BaseException) -> Iterator[BaseException]:
+    """What led to an error that Python itself has put in the place of another, and the error."""
+    if isinstance(error, BaseExceptionGroup):
+        yield from _causes(error.exceptions[0])
+    elif isinstance(error.__cause__, StopIteration | StopAsyncIteration):  # in a generator
+        yield error.__cause__
+    yield error
 
 
 def _label(frame: FrameType) -> str:

@@ -320,6 +320,10 @@ class Chooser(DataChannelSendable[Choice]):
         yield self.value
 
 
+IN_ITSELF: list[Any] = []
+IN_ITSELF.append(IN_ITSELF)
+
+
 @pytest.mark.parametrize("value", [Far(metres=1), {"metres": 1}])
 def test_a_message_of_which_all_may_be_left_out_is_not_just_anything(value: Any) -> None:
     with pytest.raises(MosaicError, match=r"declares Choice and sends .*\(none of its fields\)"):
@@ -339,6 +343,10 @@ def test_a_message_of_which_all_may_be_left_out_is_not_just_anything(value: Any)
         ({"angle_rad": 1, "some": {1}}, r"sends 'some' as set, .*: write sorted\(…\) of it"),
         ({"angle_rad": 1, "odd": MappingProxyType({})}, r"sends 'odd' as mappingproxy, .*: write dict\(…\) of it"),
         ({"angle_rad": 1, "odd": object()}, "sends 'odd' as object, .*: write numbers, text, lists and mappings"),
+        ({"angle_rad": 1, "at": {math.nan: 2}}, r"sends 'at\.nan' as a key nan, .*: name it with text"),
+        ({"angle_rad": 1, "at": ["caf\udce9"]}, r"sends 'at\.0' as text with half a character, .*: write \.encode\("),
+        ({"angle_rad": 1, "caf\udce9": 1}, r"sends 'caf\\\\udce9' as text with half a character, .*: write \.encode\("),
+        ({"angle_rad": 1, "in": IN_ITSELF}, r"sends 'in\.0\..*' as a list without end, .*: nest it 32 deep at most"),
     ],
 )
 def test_what_json_does_not_know_is_told_with_line_field_and_cure(value: Any, told: str) -> None:

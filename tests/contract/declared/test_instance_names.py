@@ -37,7 +37,7 @@ def made_with(name: str, value: object) -> Lift:
 
 @pytest.mark.parametrize("name", ["_host", "pause", "every", "make_safe"])
 def test_what_the_framework_has_is_not_set(name: str) -> None:
-    with pytest.raises(MosaicError, match=rf"Set: it sets {name}, which is the framework's own\. Give yours another"):
+    with pytest.raises(MosaicError, match=rf"Set: it sets {name}, which is the framework's own\. \(Give yours another"):
         made_with(name, "192.168.1.4")
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 import pytest
 
-from mosaic_core import Message, Params
+from mosaic_core import DeviceGone, Message, Params, Refused
 from mosaic_core.runtime.threads.code_places import explained_error
-from mosaic_core.runtime.threads.error_words import said_by
+from mosaic_core.runtime.threads.error_words import meant_by, said_by
+from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.words.safety_config import FieldBounds
 
 
@@ -74,3 +75,39 @@ def test_an_import_that_fails_is_told_with_what_was_meant(written: str, meant: s
     with pytest.raises(ImportError) as caught:
         exec(written)  # noqa: S102 - an import as an author writes it
     assert said_by(caught.value) == f"{type(caught.value).__name__}: {caught.value}" + (f"; {meant}" if meant else "")
+
+
+GONE, AWAY, NOT_SO, BUG = DeviceGone("gone"), DeviceGone("away"), Refused("not.so"), ValueError("bug")
+
+
+@pytest.mark.parametrize(
+    ("error", "meant"),
+    [
+        (BUG, BUG),
+        (ExceptionGroup("unhandled", [BUG]), BUG),
+        (ExceptionGroup("unhandled", [GONE, ExceptionGroup("inner", [AWAY])]), GONE),
+        (ExceptionGroup("unhandled", [NOT_SO, NOT_SO]), NOT_SO),
+    ],
+)
+def test_a_task_group_stands_for_its_only_error_and_for_absences_alone(
+    error: BaseException, meant: BaseException
+) -> None:
+    assert meant_by(error) is meant
+
+
+def test_a_group_of_different_errors_tells_each() -> None:
+    group = ExceptionGroup("unhandled", [GONE, BUG])
+    assert meant_by(group) is group
+    assert said_by(group) == "DeviceGone: gone; ValueError: bug"
+
+
+def test_a_generator_that_runs_out_of_another_is_told_with_its_line() -> None:
+    def body() -> Iterator[str]:
+        yield next(iter(()))
+
+    with pytest.raises(RuntimeError, match="generator raised StopIteration") as caught:
+        next(body())
+    assert caught.value.__traceback__ is not None
+    without_the_test = caught.value.with_traceback(None)
+    line = body.__code__.co_firstlineno + 1
+    assert PluginCode(()).place_of(without_the_test) == f"{__file__}:{line} in {body.__qualname__}"
