@@ -102,6 +102,7 @@ class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         _refuse_mistakes(cls)
         super().__init_subclass__(**kwargs)
+        cls.position_fields = ()  # a question is asked as it is, also where its message is one of positions
         _refuse_mistakes(cls)  # also what follows from the question: one that is a Twist would have motion fields
 
 
@@ -138,8 +139,7 @@ def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Iterator[tuple[str, str]]:
     if cls.timeout_s is not None:
         message = "`timeout_s` is for receivers that move something on and on."
         yield message, "Write `answer_within_s`, which bounds a request."
-    if cls.motion_fields or cls.limits:
-        name = "motion_fields" if cls.motion_fields else "limits"
+    if name := next((one for one in ("motion_fields", "position_fields", "limits") if getattr(cls, one)), ""):
         yield f"a question has no `{name}`.", "Bound its numbers in its model, by `Field(le=…)`."
     if message_type_of(cls) in (str, bytes) or answer_type_of(cls) is bytes:
         yield "questions and answers are JSON.", "Use a `Message` or `dict`."

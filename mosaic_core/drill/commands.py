@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
-from mosaic_core.drill.fields import Lists, at, in_lists, limits_on, put
+from mosaic_core.drill.fields import Lists, at, in_lists, put
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -106,7 +106,7 @@ def _placed(
             how = f"`item_names` in {type(handler).__name__}, or one of them in `limits`"
             raise NoCommand(f"nobody says which numbers '{one.path}' may have: name them as {how}")
     for field in positions:
-        place = resting_place(limits_on(field, safety.limits, safety.lists))
+        place = resting_place(safety.limits_on(field))
         put(message, field, nearest_to(place, schema_at(schema, field)), safety.lists)
     return tuple(positions)
 

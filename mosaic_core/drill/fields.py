@@ -8,7 +8,6 @@ from typing import Any
 
 from mosaic_core.machines.commands.message_numbers import OutOfRange
 from mosaic_core.machines.commands.number_list import NumberList
-from mosaic_core.words.limits import FieldLimit
 
 Lists = Sequence[NumberList]
 
@@ -49,14 +48,6 @@ def in_lists(positions: Iterable[str], lists: Lists, names: Sequence[str], examp
         fields = [field] if its is None else _fields_of(its, field, names, positions, example)
         found.update(dict.fromkeys(fields))
     return list(found)
-
-
-def limits_on(field: str, limits: Iterable[FieldLimit], lists: Lists = ()) -> list[FieldLimit]:
-    """The limits of a field; of one in a list that none names those of ``path.*``."""
-    limits = tuple(limits)
-    own = [limit for limit in limits if field in limit.fields]
-    its = next((one for one in lists if one.holds(field)), None)
-    return own or [limit for limit in limits if its is not None and its.every in limit.fields]
 
 
 def _fields_of(

@@ -12,8 +12,11 @@ from typing import Any, Generic, NoReturn, TypeVar
 
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.drill.findings import ExerciseFailed
+from mosaic_core.runtime.commands.reported_position import ReportedPosition
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.code_places import explained_error, standing_at
 from mosaic_core.runtime.threads.handover import on_loop
+from mosaic_core.words.errors import MosaicError
 
 T = TypeVar("T")
 ANSWER_S = 2.0
@@ -26,8 +29,9 @@ LOOK_S = 0.02
 class PositionReports:
     """What one receiver says of where it is. ``trouble``: why nobody may go by it, so that it must not be moved."""
 
-    def __init__(self, handler: DataChannelReceivable[Any]) -> None:
+    def __init__(self, handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> None:
         self._handler = handler
+        self._meant = ReportedPosition(handler, safety)
         self.trouble = ""
 
     async def now(self, fields: Sequence[str]) -> dict[str, float | None]:
@@ -69,7 +73,11 @@ class PositionReports:
             is_finite = False
         if not is_finite:
             self._fail(f"says {value!r} of '{field}'{self._place}: a finite number is wanted, or None if unknown")
-        return float(value)
+        try:
+            return self._meant.checked(field, value)
+        except MosaicError as wrong:
+            self.trouble = wrong.message
+            raise ExerciseFailed(wrong.message) from None
 
     def _fail(self, what: str) -> NoReturn:
         self.trouble = f"{self._name} {what}"

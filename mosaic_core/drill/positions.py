@@ -12,7 +12,6 @@ from typing import TypeAlias
 from mosaic_core.contract.handler import reports_position
 from mosaic_core.drill.command_stream import BEGIN_S, CommandStream, moving
 from mosaic_core.drill.commands import GENTLE
-from mosaic_core.drill.fields import limits_on
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed
 from mosaic_core.drill.rig import DrilledReceiver, Rig
 from mosaic_core.drill.silence import AT_ONCE_S, DRIVE_S, safe_act
@@ -57,10 +56,11 @@ async def holds_position(rig: Rig, subject: DrilledReceiver) -> Passed:
     if subject.safety.on_loss == "hold":
         raise NotExercised("on_loss: hold")
     errors = dict.fromkeys(subject.command.positions, math.inf)
+    odd = ""
     async with moving(rig, subject) as stream:
         await stream.drive(DRIVE_S)
         if rig.is_live:
-            errors = await _bring_elsewhere(stream)
+            errors, odd = await _bring_elsewhere(stream)
             stood = await _at_rest(stream, errors)
         left_s = time.monotonic()
         await stream.who.connection.close()
@@ -76,19 +76,19 @@ async def holds_position(rig: Rig, subject: DrilledReceiver) -> Passed:
         sent = max((stream.command.at(act.value, field) for act in acts), key=lambda value: abs(value - place))
         _check(field, place, sent, 1e-9 * max(1.0, abs(place)), "sent")
         for value in reported[field]:
-            _check(field, place, value, min(errors[field], _error_at(place)), "moved")
+            _check(field, place, value, min(errors[field], _error_at(place)), "moved", odd)
     places = {field: stream.command.at(stream.command.message, field) for field in stream.command.positions}
     why = "" if rig.is_live else "its own reported_position is not asked in a dry drill: --live asks it"
-    return Passed(in_words(places), "it stayed", why)
+    return Passed(in_words(places), "it stayed", odd or why)
 
 
-async def _bring_elsewhere(stream: CommandStream) -> dict[str, float]:
+async def _bring_elsewhere(stream: CommandStream) -> tuple[dict[str, float], str]:
     """Move every position whose range is known a little, slowly, and wait until it is there. What each may be off by
-    there: never as much as the way that it was brought."""
+    there, never as much as the way that it was brought; and what is odd about how far it came."""
     command, safety = stream.command, stream.subject.safety
     ways: dict[str, tuple[float, float]] = {}
     for field in command.positions:
-        its, place = limits_on(field, safety.limits, safety.lists), command.at(command.message, field)
+        its, place = safety.limits_on(field), command.at(command.message, field)
         low = max((one.min for one in its if one.min is not None), default=-math.inf)
         high = min((one.max for one in its if one.max is not None), default=math.inf)
         ways[field] = place, elsewhere(place, low, high)
@@ -100,7 +100,18 @@ async def _bring_elsewhere(stream: CommandStream) -> dict[str, float]:
     ends_at_s = time.monotonic() + BEGIN_S
     while time.monotonic() < ends_at_s and not await _is_there(stream, errors):
         await stream.drive(stream.period_s)
-    return errors
+    return errors, not_brought(ways, await stream.subject.reports.now(command.positions))
+
+
+def not_brought(ways: Mapping[str, tuple[float, float]], said: Mapping[str, float | None]) -> str:
+    """Tells of a field that was brought along its way for seconds and did not even go half of it, as where the device
+    takes, or tells, another unit than that of the message; also a switch does, which knows two places alone."""
+    for field, (start, end) in ways.items():
+        place = said[field]
+        if place is not None and abs(place - end) > abs(end - start) / 2 > 0.0:
+            told = f"told for {BEGIN_S:g} s to be at {field} = {end:g}, it stood at {place:g}"
+            return f"{told}: are what its device takes and what it tells in the unit of the message?"
+    return ""
 
 
 def elsewhere(place: float, low: float, high: float) -> float:
@@ -194,7 +205,8 @@ async def _reports_while_driven(stream: CommandStream) -> dict[str, list[float]]
     return reported
 
 
-def _check(field: str, place: float, value: float, tolerance: float, done: str) -> None:
+def _check(field: str, place: float, value: float, tolerance: float, done: str, odd: str = "") -> None:
     if abs(value - place) > tolerance:
         why = f"told to stay after a safe action, it was {done} elsewhere: a swing of {abs(value - place):g}"
+        why = f"{why}; {odd}" if odd else why
         raise ExerciseFailed(why, limit=f"{field} = {place:g}", measured=f"{value:g}")

@@ -177,7 +177,7 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
         command, no_command = None, "it does not report its position, so a live drill would move it without knowing"
     recorder = watched(receiver, command, live=live)
     mode = connector.terms_of(receiver).mode
-    reports = PositionReports(receiver)
+    reports = PositionReports(receiver, safety)
     return DrilledReceiver(receiver.label, receiver, safety, mode, recorder, reports, command, no_command)
 
 

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
-from mosaic_core.drill.fields import limits_on
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S, safe_act
@@ -171,7 +170,7 @@ def _limited(subject: DrilledReceiver) -> list[tuple[str, FieldLimit]]:
     """The fields of its command that may not go further than some number above 0."""
     safety, command = subject.safety, subject.command
     fields = (*command.fields, *command.positions) if command else ()
-    its = ((field, limit) for field in fields for limit in limits_on(field, safety.limits, safety.lists))
+    its = ((field, limit) for field in fields for limit in safety.limits_on(field))
     return [(field, limit) for field, limit in its if (limit.max or limit.max_norm or 0) > 0]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import threading
 import time
 from collections.abc import Sequence
@@ -620,6 +621,43 @@ async def test_a_report_that_is_no_number_is_told_once_with_its_line_and_no_comm
     told = found["tells-position"].why
     assert told.startswith(f"Babbles.reported_position says {said!r} of 'angle_deg' ({__file__}:")
     assert "a finite number is wanted, or None if unknown" in told
+
+
+class InRadians(Arm):
+    """Says where it is in another unit than that of the message."""
+
+    def reported_position(self, field: str) -> float | None:
+        return math.radians(self.is_at)
+
+
+class ToldInRadians(Arm):
+    """Takes degrees for radians, and says well where it is then."""
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.is_at = 6.0
+
+    def handle_data(self, data: Angle) -> None:
+        self.is_at = math.radians(data.angle_deg)
+
+
+class InTurns(Arm):
+    def reported_position(self, field: str) -> float | None:
+        return self.is_at * 10
+
+
+async def test_a_report_in_another_unit_is_told_and_moves_nothing() -> None:
+    found = await findings(arm(InTurns, min=5, max=120), live=True)
+    assert {name: one.verdict for name, one in found.items()} == {"safe-action": "passed", "tells-position": "failed"}
+    told = found["tells-position"].why
+    assert told.startswith(f"InTurns.reported_position ({__file__}:")
+    assert "says 600 of 'angle_deg', far outside of its range 5 … 120. Return it in the unit of the message" in told
+
+
+@pytest.mark.parametrize("kind", [InRadians, ToldInRadians])
+async def test_an_arm_that_does_not_get_where_it_is_told_is_asked_for_its_unit(kind: type[Any]) -> None:
+    found = (await findings(arm(kind, min=0, max=120), live=True, only=("holds-position",)))["holds-position"]
+    assert re.search(r"told for 3 s to be at angle_deg = \d.*, it stood at .*: are what its device takes", found.why)
 
 
 async def test_a_report_that_never_comes_ends_the_exercise_with_that_cause(monkeypatch: pytest.MonkeyPatch) -> None:

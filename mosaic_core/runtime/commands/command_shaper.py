@@ -13,6 +13,7 @@ from mosaic_core.machines.commands.gates import WrongShape
 from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
 from mosaic_core.runtime.commands.payload import PayloadReader
+from mosaic_core.runtime.commands.reported_position import ReportedPosition
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 
@@ -109,7 +110,7 @@ class CommandShaper:
 
 
 def _envelope_of(handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> SafetyEnvelope:
-    report, fields = handler.reported_position, (safety.motion_fields, safety.position_fields)
+    fields, report = (safety.motion_fields, safety.position_fields), ReportedPosition(handler, safety)
     return SafetyEnvelope(safety.limits, *fields, lists=safety.lists, report=report)
 
 

@@ -42,6 +42,12 @@ class ReceiverSafety:
     def is_slowed(self) -> bool:
         return self.curves != NO_SLOW_DOWN and self.has_fields
 
+    def limits_on(self, field: str) -> list[FieldLimit]:
+        """The limits of a field; of one in a list that none names those of ``path.*``."""
+        own = [limit for limit in self.limits if field in limit.fields]
+        its = next((one for one in self.lists if one.holds(field)), None)
+        return own or [limit for limit in self.limits if its is not None and its.every in limit.fields]
+
     @property
     def has_fields(self) -> bool:
         """Some number of its messages is limited, scaled, or set to zero."""

@@ -1,0 +1,52 @@
+"""Asks a receiver where it is, and refuses what can't be meant: a rate begins there."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.threads.code_places import standing_at
+from mosaic_core.words.errors import MosaicError
+
+
+class ReportedPosition:
+    """Where a field of one receiver is, as its author's ``reported_position`` says. Wherever that may be asked."""
+
+    def __init__(self, handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> None:
+        self._handler = handler
+        self._safety = safety
+
+    def __call__(self, field: str) -> float | None:
+        """Raises :class:`MosaicError` (``plugin.wrong_message``) that names class and line; ``None``: unknown."""
+        return self.checked(field, self._handler.reported_position(field))
+
+    def checked(self, field: str, said: Any) -> float | None:
+        """``said`` of ``field``, where it can be meant."""
+        if said is None:
+            return None
+        try:
+            is_finite = math.isfinite(said)
+        except TypeError:
+            raise self._wrong(f"says {said!r:.80} of '{field}'", "Return a number, or None if unknown.") from None
+        if not is_finite:
+            return None
+        place = float(said)
+        low, high = self._range_of(field)
+        if low - (high - low) <= place <= high + (high - low):
+            return place
+        where = f"says {place:g} of '{field}', far outside of its range {low:g} … {high:g}"
+        raise self._wrong(where, "Return it in the unit of the message, or bring it back by hand.")
+
+    def _range_of(self, field: str) -> tuple[float, float]:
+        """Unbounded where only one end is known."""
+        limits = self._safety.limits_on(field)
+        low = max((one.min for one in limits if one.min is not None), default=-math.inf)
+        high = min((one.max for one in limits if one.max is not None), default=math.inf)
+        return (low, high) if math.isfinite(high - low) and low < high else (-math.inf, math.inf)
+
+    def _wrong(self, what: str, cure: str) -> MosaicError:
+        kind = type(self._handler)
+        name = f"{kind.__name__}.reported_position{standing_at(kind.reported_position)}"
+        return MosaicError(f"{name} {what}. {cure}", code="plugin.wrong_message", cure=cure)
