@@ -20,7 +20,7 @@ from mosaic_core.operator.delivery.session_streams import SessionStreams
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings
-from mosaic_core.operator.stores.channel_plan import Known, changed_labels, check_answers
+from mosaic_core.operator.stores.channel_plan import Known, answer_patience_s, changed_labels, check_answers
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.request_caller import RequestCaller, RequestRefused
 from mosaic_core.operator.stores.robot_stores import RobotStores
@@ -150,11 +150,12 @@ class RobotConnection(RobotStores):
         label: str,
         question: BaseModel | Mapping[str, Any] | list[Any],
         *,
-        timeout_s: float = 30.0,
+        timeout_s: float | None = None,
         on_progress: Callable[[Any], object] | None = None,
     ) -> Any:
         """Ask a connector that answers requests, and wait for its answer (JSON values). ``on_progress``: called with
-        what it tells meanwhile. Cancelling the task that waits takes the request back.
+        what it tells meanwhile. Cancelling the task that waits takes the request back. ``timeout_s``: how long to wait;
+        by default a little longer than the connector's class gives itself, so that its own word is heard.
 
         Raises :class:`RequestRefused` with the code of the robot, and :class:`RequestFailed` where no answer can come:
         out of time, or the way to the robot lost. Raises :class:`ConnectionFailed` where the connector answers none,
@@ -164,7 +165,8 @@ class RobotConnection(RobotStores):
         if label not in self._callers:
             self._callers[label] = RequestCaller(self.bidirectional(label))
         try:
-            return await self._callers[label].request(question, timeout_s, on_progress)
+            patience_s = answer_patience_s(label, self.known) if timeout_s is None else timeout_s
+            return await self._callers[label].request(question, patience_s, on_progress)
         except RequestRefused as refused:
             told = self.control.needed.refused(label, refused.code, self.control.leases)
             raise (RequestRefused(refused.code, told) if told else refused) from None

@@ -101,6 +101,9 @@ class CatalogueEntry(WireModel):
     answer_schema: dict[str, Any] | None = Field(
         default=None, description="Of a connector that answers requests: JSON Schema of an answer."
     )
+    answer_within_s: float | None = Field(
+        default=None, description="Of such a connector: how long a request may take, from its arrival to its end."
+    )
     item_names: tuple[PlainText, ...] | None = Field(
         default=None,
         description="The names that a command may have, such as those of joints, where they are known.",

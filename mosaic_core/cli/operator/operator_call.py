@@ -25,7 +25,7 @@ class Call:
     robot: str
     label: str
     question: Any
-    timeout_s: float
+    timeout_s: float | None
     as_json: bool = False
 
     async def __call__(self, operator: MosaicOperator) -> int:

@@ -147,7 +147,12 @@ def call(
     robot: RobotArgument,
     label: Label,
     question: Annotated[str, typer.Argument(metavar="JSON", help="The question, such as '{}'.")] = "{}",
-    timeout_s: Annotated[float, typer.Option(min=0.1, help="How long to wait for the answer.")] = 30.0,
+    timeout_s: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1, help="How long to wait for the answer.", show_default="as long as the connector may take"
+        ),
+    ] = None,
     as_json: AsJson = False,
     schema: Annotated[
         bool, typer.Option("--schema", help="Ask nothing: show what may be asked, and what the answer has.")

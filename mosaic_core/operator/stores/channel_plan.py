@@ -20,6 +20,11 @@ from mosaic_core.words.described import DescribedConnector, described_entry
 from mosaic_core.words.errors import ConnectionFailed, hint_at
 from mosaic_core.words.original_types import CONNECTION_CHECK
 
+UNKNOWN_PATIENCE_S = 30.0
+"""For an answer of a connector that does not say how long it may take."""
+ON_THE_WAY_S = 5.0
+"""What a question and its answer may take on their way, beside the time that the connector gives itself."""
+
 
 def say_what(data_type: MosaicDataType | None = None) -> str:
     """The cure where nobody knows what travels under a label: for who ``data_type`` is likely for, or for anybody."""
@@ -169,6 +174,13 @@ def check_answers(label: str, known: Known) -> None:
     is_undescribed = entry.message_schema is None and entry.direction is Direction.BOTH
     if entry.answer_schema is None and not is_undescribed:
         raise _no_answers(label, known.catalogue)
+
+
+def answer_patience_s(label: str, known: Known) -> float:
+    """How long to wait for an answer of this connector, where nobody says: a little longer than it gives itself."""
+    entry = None if known.catalogue is None else found_entry(known.catalogue, label)
+    within_s = None if entry is None else entry.answer_within_s
+    return UNKNOWN_PATIENCE_S if within_s is None else within_s + ON_THE_WAY_S
 
 
 def answering_entry(label: str, known: Known) -> CatalogueEntry:

@@ -12,8 +12,10 @@ from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.machines.commands.gates import WrongShape
 from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
+from mosaic_core.runtime.commands.message_schema import nodes_on
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.commands.reported_position import ReportedPosition
+from mosaic_core.runtime.commands.whole_numbers import WholeNumbers
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 
@@ -43,7 +45,10 @@ class CommandShaper:
     ) -> None:
         self._reader = PayloadReader(handler)
         self._envelope = _envelope_of(handler, safety) if safety.has_fields else None
-        self._defaults = _defaults_of(self._reader, self._envelope, safety.lists) if self._envelope else None
+        self._defaults: MotionDefaults | None = None
+        if self._envelope is not None:
+            its = (self._reader.schema(), self._envelope.fields, self._envelope.positions, safety.lists)
+            self._defaults, self._whole = MotionDefaults(*its), WholeNumbers(*its)
         self._fired = fired
         self._shaped_after = fired()
         self._now_s = now_s
@@ -77,7 +82,7 @@ class CommandShaper:
         self._before, self._last_before = self._envelope.state, self._last
         try:
             shaped = self._envelope.shaped(value, factor, self._now_s())
-            taken = self._validated(shaped.message, value)
+            taken = self._validated(self._whole.made_of(shaped.message, value), value)
             command = ShapedCommand(taken, shaped.is_idle, fired, shaped.wants_motion)
         except BaseException:
             self.undone()
@@ -114,10 +119,6 @@ def _envelope_of(handler: DataChannelReceivable[Any], safety: ReceiverSafety) ->
     return SafetyEnvelope(safety.limits, *fields, lists=safety.lists, report=report)
 
 
-def _defaults_of(reader: PayloadReader, envelope: SafetyEnvelope, lists: Iterable[NumberList]) -> MotionDefaults:
-    return MotionDefaults(reader.schema(), envelope.fields, envelope.positions, lists)
-
-
 class MotionDefaults:
     """Completes the messages of one receiver by what it would take for motion fields that they leave out, if that
     moves: else a message without the field would move by a default that no limit has seen. ``schema``: the JSON Schema
@@ -135,9 +136,8 @@ class MotionDefaults:
         found: dict[tuple[str, ...], Any] = {}
         in_lists = [path for one in lists for path in (one.path, one.names) if path]
         for field in (*fields, *positions, *in_lists):
-            path, node = tuple(field.split(".")), schema
-            for place, key in enumerate(path, 1):
-                node = _object(schema, node).get("properties", {}).get(key, {})
+            path = tuple(field.split("."))
+            for place, node in enumerate(nodes_on(schema, path), 1):
                 default = node.get("default")
                 if _moves(default, path[place:], is_position=field in positions, is_list=field in in_lists):
                     found[path[:place]] = default
@@ -159,11 +159,3 @@ def _moves(default: Any, path: Iterable[str], *, is_position: bool, is_list: boo
     if is_list:
         return isinstance(default, list) and bool(default)
     return isinstance(default, int | float) and not isinstance(default, bool) and (is_position or default != 0)
-
-
-def _object(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Mapping[str, Any]:
-    """``node``, or what it refers to, or the first alternative that has properties."""
-    if "$ref" in node:
-        return _object(schema, schema.get("$defs", {}).get(str(node["$ref"]).rsplit("/", 1)[-1], {}))
-    alternatives = (_object(schema, one) for name in ("allOf", "anyOf", "oneOf") for one in node.get(name, ()))
-    return node if "properties" in node else next((one for one in alternatives if "properties" in one), node)

@@ -78,6 +78,7 @@ def _messages_of(handler: Handler) -> dict[str, Any]:
         "sent_schema_id": getattr(sent, "schema_id", "") or None,
         "sent_schema": None if sent is None else sent.model_json_schema(mode="serialization"),
         "answer_schema": answer_schema(type(handler)) if isinstance(handler, RequestHandler) else None,
+        "answer_within_s": handler.answer_within_s if isinstance(handler, RequestHandler) else None,
         "item_names": (tuple(handler.item_names) or None) if isinstance(handler, DataChannelReceivable) else None,
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 
@@ -15,7 +16,7 @@ def doubt_about(folder: Path, config: Path) -> str:
     if os.name != "posix":
         return ""
     trusted = {0, os.geteuid(), *([config.stat().st_uid] if config.exists() else [])}
-    for path in (folder, *sorted(folder.rglob("*"))):
+    for path in _everything_in(folder):
         if not path.exists():  # a link to nothing
             continue
         status = path.stat()
@@ -24,6 +25,16 @@ def doubt_about(folder: Path, config: Path) -> str:
         if status.st_mode & stat.S_IWOTH or (status.st_mode & stat.S_IWGRP and not _is_owners_own_group(status)):
             return f"{path} can be written by other users than its owner (chmod go-w)"
     return ""
+
+
+def _everything_in(folder: Path) -> Iterator[Path]:
+    """It and all below it, also where a link leads, each folder once."""
+    yield folder
+    seen: set[str] = set()
+    for place, folders, files in os.walk(folder, followlinks=True):
+        yield from (Path(place, name) for name in sorted((*folders, *files)))
+        seen.add(os.path.realpath(place))
+        folders[:] = sorted(name for name in folders if os.path.realpath(Path(place, name)) not in seen)
 
 
 def _is_owners_own_group(status: os.stat_result) -> bool:

@@ -24,11 +24,14 @@ from mosaic_core.runtime.threads.error_words import meant_by, said_by, words_of
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.threads.stacks import place_of_thread
 from mosaic_core.words.errors import DeviceGone
 from mosaic_core.words.wire_model import to_json
 
 logger = logging.getLogger(__name__)
 
+NO_DEVICE = "The connector's device isn't available."
+"""Where nobody keeps it: it is tried again by the next question alone."""
 MAX_KINDS = 32
 """Of wrong answers that are told apart; their words may come from a question, and be without number."""
 
@@ -69,7 +72,10 @@ class RequestBodies:
         self._kinds: set[str] = set()
         self._keeper = handler.keeper
         self._tasks: dict[int, asyncio.Task[None]] = {}
+        self._threads: dict[int, threading.Thread] = {}
         self._running: set[int] = set()
+        self._deaf: set[int] = set()
+        """Those that go on long after their request has ended."""
         self._idle = asyncio.Event()
 
     def start(self, number: int, question: Any, request: Request) -> None:
@@ -81,13 +87,33 @@ class RequestBodies:
         else:
             arguments = (number, question, request)
             name = f"mosaic-{self._label}-{number}"
-            threading.Thread(target=self._answer_on_thread, args=arguments, name=name, daemon=True).start()
+            thread = threading.Thread(target=self._answer_on_thread, args=arguments, name=name, daemon=True)
+            self._threads[number] = thread
+            thread.start()
 
     def cancel(self, number: int) -> None:
         """Its request says so by itself to a ``def`` body."""
         task = self._tasks.get(number)
         if task is not None:
             task.cancel()
+        if number in self._running:
+            self._loop.call_later(STOP_PATIENCE_S, self._tell_deaf, number)
+
+    def _tell_deaf(self, number: int) -> None:
+        """Once, until none is: it keeps a place from others, and nobody else would say why they wait."""
+        if number not in self._running:
+            return
+        if not self._deaf:
+            place = self._place_of(number)
+            where = f"; it is at {place}" if place else ""
+            text = "connector %r still answers a request that ended %.1f s ago (plugin.ignored_stop)%s"
+            fields = {"label": self._label, "code": "plugin.ignored_stop"}
+            logger.warning(text, self._label, STOP_PATIENCE_S, where, extra=fields)
+        self._deaf.add(number)
+
+    def _place_of(self, number: int) -> str:
+        thread = self._threads.get(number)
+        return "" if thread is None else place_of_thread(thread.ident)
 
     async def closed(self) -> None:
         """Wait until all that were cancelled have returned, or have been abandoned."""
@@ -96,13 +122,15 @@ class RequestBodies:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._idle.wait(), STOP_PATIENCE_S)
         if self._running:
-            tell_abandoned(self._label)
+            tell_abandoned(self._label, self._place_of(min(self._running)))
         for task in self._tasks.values():
             leave_behind(task)
 
     def _ended(self, body: BodyReturned) -> None:
         self._running.discard(body.number)
+        self._deaf.discard(body.number)
         self._tasks.pop(body.number, None)
+        self._threads.pop(body.number, None)
         if not self._running:
             self._idle.set()
         self._tell(body)
@@ -133,7 +161,8 @@ class RequestBodies:
         code = "plugin.no_device" if isinstance(error, DeviceGone) else "request.failed"
         self._complain(error, code)
         # what the plugin raised is for the robot's log: it may name files, addresses, passwords
-        return BodyReturned(number, code=code)
+        is_tried_again = code != "plugin.no_device" or self._keeper is not None
+        return BodyReturned(number, code=code, message="" if is_tried_again else NO_DEVICE)
 
     def _complain(self, error: BaseException, code: str) -> None:
         """One line of each kind in a while: of an absence alone, of a bug with the author's line and the traceback."""

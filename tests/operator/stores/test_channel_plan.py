@@ -10,6 +10,7 @@ from mosaic_core.operator.stores.channel_plan import (
     Known,
     PlannedChannel,
     UnknownLabel,
+    answer_patience_s,
     check_plan_of,
     make_store,
     media_labels_of,
@@ -178,3 +179,18 @@ def test_a_connection_check_that_is_asked_for_by_its_class_has_its_two_channels(
 def test_what_the_robot_announces_as_something_else_is_no_connection_check() -> None:
     with pytest.raises(ConnectionFailed, match="'battery' is no connection-check"):
         check_plan_of(of("battery"), ANNOUNCED)
+
+
+@pytest.mark.parametrize(
+    ("known", "label", "patience_s"),
+    [
+        (Known(Catalogue.of([entry("files", J.JSON_BI, answer_within_s=300.0)])), "files", 305.0),
+        (ANNOUNCED, "notes", 30.0),
+        (ANNOUNCED, "nothing", 30.0),
+        (NOTHING, "notes", 30.0),
+    ],
+)
+def test_an_answer_is_waited_for_a_little_longer_than_its_class_gives_itself(
+    known: Known, label: str, patience_s: float
+) -> None:
+    assert answer_patience_s(label, known) == patience_s

@@ -344,6 +344,21 @@ def test_code_that_others_could_have_written_is_not_run(
     assert refusal == f"{config.parent / place} can be written by other users than its owner (chmod go-w)"
 
 
+def test_what_a_link_leads_to_counts_as_if_it_stood_there(config: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere" / "lib"
+    elsewhere.mkdir(parents=True)
+    driver = elsewhere / "driver.py"
+    driver.write_text("VALUE = 1")
+    (elsewhere / "round").symlink_to(elsewhere)
+    folder = config.parent / "connectors"
+    (folder / "lib").symlink_to(elsewhere)
+    assert doubt_about(folder, config) == ""
+    driver.chmod(0o666)
+    assert doubt_about(folder, config) == (
+        f"{folder}/lib/driver.py can be written by other users than its owner (chmod go-w)"
+    )
+
+
 @pytest.mark.parametrize(
     ("members", "others_primary", "is_fine"), [([], [], True), (["eve"], [], False), ([], ["eve"], False)]
 )

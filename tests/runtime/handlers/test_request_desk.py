@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import threading
 from typing import Any
+
+import pytest
 
 from mosaic_core.contract.host import Outgoing, Sender, UnboundHost
 from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.laboratory.joining import until
 from mosaic_core.runtime.commands.inbox import Incoming
+from mosaic_core.runtime.handlers import request_bodies
 from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.threads.failures import Failures
 
@@ -95,3 +99,38 @@ async def test_all_that_wait_are_told_when_the_handler_stops() -> None:
     walk.let_go.set()
     await desk.closed()
     assert walk.began == ["1"]
+
+
+async def test_a_body_that_goes_on_after_its_request_is_told_once_with_its_line(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(request_bodies, "STOP_PATIENCE_S", 0.05)
+    walk = Walk()
+    desk, _ = desk_of(walk)
+    await asked(desk, "1")
+    await until(lambda: walk.began == ["1"])
+    assert desk.opened(Incoming("walk", b'{"id": "1", "cancel": true}', ALICE, None, 0.0)) is None
+    with caplog.at_level(logging.WARNING):
+        await until(lambda: caplog.records)
+    line = Walk.answer.__code__.co_firstlineno + 2
+    (record,) = caplog.records
+    assert record.message == (
+        "connector 'walk' still answers a request that ended 0.1 s ago (plugin.ignored_stop); it is at "
+        f"{__file__}:{line} in Walk.answer"
+    )
+    walk.let_go.set()
+    await desk.closed()
+
+
+async def test_a_body_that_ends_with_its_request_is_not_told(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(request_bodies, "STOP_PATIENCE_S", 0.01)
+    walk = Walk()
+    desk, host = desk_of(walk)
+    walk.let_go.set()
+    await asked(desk, "1")
+    await until(lambda: host.sent)
+    await desk.closed()
+    await asyncio.sleep(0.05)  # long after it would have been told
+    assert caplog.records == []

@@ -1,6 +1,7 @@
-import { BidirectionalStore, MosaicError, RequestCaller, type RequestOptions } from '@mosaic/client'
+import { answerPatienceMs, BidirectionalStore, MosaicError, RequestCaller, type RequestOptions } from '@mosaic/client'
 import { useCallback, useEffect, useRef, useState } from 'react'
 import { useMosaicStore } from './useMosaicStore'
+import { useRobotConnection } from './useRobotConnection'
 
 /** How the newest request of a component stands. */
 export interface RequestView<A> {
@@ -33,6 +34,7 @@ const IDLE = { phase: 'idle', progress: null, answer: null, error: null } as con
  */
 export function useRequest<Q = unknown, A = unknown>(robotId: string, label: string): Requests<Q, A> {
   const stores = useMosaicStore()
+  const { catalogue } = useRobotConnection(robotId)
   const caller = useRef<RequestCaller | null>(null)
   const refusal = useRef(new MosaicError('request.not_sent'))
   const newest = useRef<AbortController | null>(null)
@@ -69,14 +71,15 @@ export function useRequest<Q = unknown, A = unknown>(robotId: string, label: str
       show({ progress })
       options.onProgress?.(progress)
     }
-    const asked = caller.current?.request(question, { ...options, onProgress, signal: own.signal }) as Promise<A> | undefined
+    const { timeoutMs = answerPatienceMs(catalogue.get(), label) } = options
+    const asked = caller.current?.request(question, { timeoutMs, onProgress, signal: own.signal }) as Promise<A> | undefined
     const answer = asked ?? Promise.reject(refusal.current)
     answer.then(
       (value) => show({ phase: 'answered', answer: value }),
       (error: unknown) => show({ phase: 'failed', error: error instanceof MosaicError ? error : new MosaicError('request.failed') }),
     )
     return answer
-  }, [])
+  }, [catalogue, label])
   const cancel = useCallback(() => newest.current?.abort(), [])
   return { ...view, ask, cancel }
 }

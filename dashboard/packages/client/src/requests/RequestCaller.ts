@@ -1,3 +1,4 @@
+import type { Catalogue } from '@mosaic/protocol'
 import { randomId } from '../platform/randomId'
 import type { BidirectionalStore } from '../stores/BidirectionalStore'
 import { DeadlineTimer } from '../timing/DeadlineTimer'
@@ -7,12 +8,20 @@ import type { StoreState } from '../words/types'
 import { Asking, type LostRequest } from './Asking'
 import { replyOf } from './requestWords'
 
-/** How long to wait for an answer, where nobody says. */
-export const REQUEST_TIMEOUT_MS = 30_000
+/** How long to wait for an answer, where nobody says and the robot does not either. */
+const UNKNOWN_PATIENCE_MS = 30_000
+/** What a question and its answer may take on their way, beside the time that the connector gives itself. */
+const ON_THE_WAY_MS = 5_000
+
+/** How long to wait for an answer of this connector, where nobody says: a little longer than it gives itself. */
+export function answerPatienceMs(catalogue: Pick<Catalogue, 'entries'> | null, label: string): number {
+  const withinS = catalogue?.entries.find((entry) => entry.label === label)?.answerWithinS
+  return withinS === undefined ? UNKNOWN_PATIENCE_MS : withinS * 1000 + ON_THE_WAY_MS
+}
 
 /** What may be said with a question. */
 export interface RequestOptions {
-  /** How long to wait for the answer; 30 s where nothing is said. */
+  /** How long to wait for the answer; a little longer than the connector's class gives itself where nothing is said. */
   readonly timeoutMs?: number
   /** Given what the connector tells before its answer. */
   readonly onProgress?: (progress: unknown) => void
@@ -50,7 +59,7 @@ export class RequestCaller {
    * Ask, and wait for the answer. Rejected with a `MosaicError`: the robot's code and text where it refused, else
    * `request.timeout`, `request.lost`, `request.cancelled` or why nothing may be sent.
    */
-  request(question: unknown, { timeoutMs = REQUEST_TIMEOUT_MS, onProgress, signal }: RequestOptions = {}): Promise<unknown> {
+  request(question: unknown, { timeoutMs = UNKNOWN_PATIENCE_MS, onProgress, signal }: RequestOptions = {}): Promise<unknown> {
     return new Promise((resolve, reject) => {
       if (signal?.aborted === true || !this.asking.hasRoom) {
         reject(new MosaicError(this.asking.hasRoom ? 'request.cancelled' : 'request.too_many'))

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
-import { RequestCaller } from '../../src/requests/RequestCaller'
+import { answerPatienceMs, RequestCaller } from '../../src/requests/RequestCaller'
 import { BidirectionalStore } from '../../src/stores/BidirectionalStore'
 
 interface Sent {
@@ -116,4 +116,11 @@ test('closing takes everything back', async () => {
   caller.close()
   expect(await asked).toBe('request.cancelled')
   expect(sent.at(-1)?.cancel).toBe(true)
+})
+
+test('an answer is waited for a little longer than its class gives itself', () => {
+  const entry = { label: 'files', type: 'files', dataType: 'json-bi', kind: 'data', direction: 'both', channels: [], delivery: 'reliable' } as const
+  expect(answerPatienceMs({ entries: [{ ...entry, answerWithinS: 300 }] }, 'files')).toBe(305_000)
+  expect(answerPatienceMs({ entries: [entry] }, 'files')).toBe(30_000)
+  expect(answerPatienceMs(null, 'files')).toBe(30_000)
 })
