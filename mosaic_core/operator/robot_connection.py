@@ -176,8 +176,10 @@ class RobotConnection(RobotStores):
         return self._peer.offerer.create_channel(label)
 
     async def wait_closed(self) -> ConnectionFailed:
-        """Until the connection ends, with the reason."""
-        return await first_heard(self.on_closed) if self.error is None else self.error
+        """Until the connection ends for good, with the reason: one that is being made anew has not ended."""
+        if self.state == "closed" and self.error is not None:
+            return self.error
+        return await first_heard(self.on_closed)
 
     async def send_zeros(self) -> ZerosReport:
         """Ask everything that drives an original robot, as far as described, to stand. Such a robot has no stop: it

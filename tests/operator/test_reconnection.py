@@ -97,6 +97,18 @@ async def test_an_end_that_trying_again_would_not_help_is_an_end(world: Any, cod
         assert offers(world) == before
 
 
+async def test_what_is_made_anew_has_not_ended(world: Any) -> None:
+    async with with_kept(world) as connection:
+        world.server.refusal = (404, {"resultCode": "ROBOT_WS_SESSION_NOT_EXIST"})
+        world.robot.say(control.Bye(code="peer.shutdown"))
+        assert connection.state == "reconnecting"
+        waiting = asyncio.create_task(connection.wait_closed())
+        await asyncio.sleep(0)
+        assert not waiting.done()
+        await connection.close()
+        assert (await waiting).code == "peer.closed"
+
+
 async def test_closing_while_it_tries_ends_the_trying(world: Any) -> None:
     async with with_kept(world) as connection:
         world.robot.say(control.Bye(code="peer.shutdown"))

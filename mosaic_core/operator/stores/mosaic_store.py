@@ -10,13 +10,15 @@ import asyncio
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 from mosaic_core.operator.delivery.listeners import Listeners
 from mosaic_core.operator.delivery.store_counters import StoreCounters
 from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.words.codes import reason
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
+T = TypeVar("T")
 _log = logging.getLogger(__name__)
 
 StoreMoment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
@@ -119,6 +121,44 @@ class MosaicStore:
         """Nothing will come of it on this connection."""
         if self.state.code in HOPELESS:
             raise ConnectionFailed(self.state.message, code=self.state.code, cure=self.state.cure)
+
+    async def _first_of(
+        self, listen: Callable[[Callable[[T], None]], Callable[[], None]], what: str, timeout_s: float
+    ) -> T:
+        """The first value that ``listen(callback)`` gives from now on; raises as :meth:`ReceivableStore.next_message`
+        where none comes."""
+        arrival: asyncio.Future[T] = asyncio.get_running_loop().create_future()
+        end = listen(lambda value: None if arrival.done() else arrival.set_result(value))
+        try:
+            async with asyncio.timeout(timeout_s):
+                while not arrival.done():
+                    self._raise_if_over()
+                    await self._arrived_or_changed(arrival)
+                return arrival.result()
+        except TimeoutError:
+            label, why = self.robot_connector.connector_id, self._why_not_open()
+            raise TimeoutError(f"no {what} of {label!r} within {timeout_s:g} s{why}") from None
+        finally:
+            end()
+
+    def _why_not_open(self) -> str:
+        told = f": {self.state.message}" if self.state.message else ""
+        return "" if self.state.phase == "open" else f"; it is {self.state.phase}{told}"
+
+    async def _arrived_or_changed(self, arrival: asyncio.Future[Any]) -> None:
+        self._changed.clear()
+        change = asyncio.ensure_future(self._changed.wait())
+        try:
+            await asyncio.wait((arrival, change), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            change.cancel()
+
+    def _raise_if_over(self) -> None:
+        """Nothing comes any more."""
+        self._raise_if_hopeless()
+        if self.state.phase == "closed":
+            text = self.state.message or reason("peer.closed").sentence
+            raise ConnectionFailed(text, code=self.state.code or "peer.closed", cure=self.state.cure)
 
     # -- called by the connection ----------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator.delivery.data_port import MessageInfo, Received
-from mosaic_core.operator.delivery.listeners import Complaints, all_heard, first_heard
+from mosaic_core.operator.delivery.listeners import Complaints, all_heard
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
@@ -74,9 +74,9 @@ class ReceivableStore(MosaicStore):
                 self._tasks.start(self._guarded(result))
 
     async def next_message(self, timeout_s: float = 10.0) -> Received:
-        """The next message that arrives; raises :class:`TimeoutError`."""
-        async with asyncio.timeout(timeout_s):
-            return await first_heard(self._each)
+        """The next message that arrives. Raises :class:`ConnectionFailed` where the connection is over, or the robot
+        has nothing under this label, and :class:`TimeoutError`."""
+        return await self._first_of(self._each, "message", timeout_s)
 
     def messages(self) -> AsyncIterator[Received]:
         """Every message from now on, for ever."""
