@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import importlib.util
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncIterator, Iterable, Iterator
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 
 from mosaic_core import __version__
 from mosaic_core.contract.checks import CHECKS_GROUP
+from mosaic_core.runtime.configuration.hook_calls import GROUP as HOOKS_GROUP
+from mosaic_core.runtime.configuration.hook_calls import HookPlugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.threads.code_places import explained_error
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.finding import Finding, failed, passed, skipped, warned
 
@@ -78,17 +81,24 @@ def _plugins(resolver: ConnectorResolver) -> list[Finding]:
                     error.cure or f"Update or uninstall {one.distribution}.",
                 )
             )
-    for group in (CHECKS_GROUP, "mosaic.plugins"):
-        broken += [finding for point in entry_points(group=group) if (finding := _broken_point(group, point))]
+    for group in (CHECKS_GROUP, HOOKS_GROUP):
+        broken += [finding for point in entry_points(group=group) for finding in _broken_point(group, point)]
     listed = passed("install.plugins", f"Connector types that load: {', '.join(found) or 'none'}.", types=found)
     return [listed, *broken]
 
 
-def _broken_point(group: str, point: EntryPoint) -> Finding | None:
+def _broken_point(group: str, point: EntryPoint) -> Iterator[Finding]:
     name, source = point.name, point.dist.name if point.dist else point.value
     try:
-        point.load()
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way
-        text = f"'{name}' of {source} ({group}) can't be used: {type(error).__name__}: {error}"
-        return failed(f"install.plugin.{name}", "config.broken_plugin", text, f"Update or uninstall {source}.")
-    return None
+        loaded = point.load()
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001 - an import may fail in any way
+        causes = [f"can't be used: {explained_error(error)}"]
+    else:
+        causes = (
+            [f"is not all heard: {slip}" for _, slip in HookPlugins().slips_of(loaded)] if group == HOOKS_GROUP else []
+        )
+    for cause in causes:
+        text = f"'{name}' of {source} ({group}) {cause}"
+        yield failed(f"install.plugin.{name}", "config.broken_plugin", text, f"Update or uninstall {source}.")
