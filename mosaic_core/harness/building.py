@@ -13,7 +13,7 @@ from mosaic_core.runtime.configuration.auto_configurer import problems_of, usabl
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.configuration.resolver import uninstalled
+from mosaic_core.runtime.configuration.resolver import InstalledConnector, uninstalled
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import ConnectorConfig
 from mosaic_core.words.errors import ConfigError, Problem
@@ -45,7 +45,9 @@ def build(
     """
     check_configurer(configurer, "build")
     model = cast("type[Configurer[Any]]", configurer)
-    one = _checked(model, label, {"params": dict(params or {}), "safety": dict(safety or {}), "delivery": delivery})
+    one = checked_entry(
+        model, label, {"params": dict(params or {}), "safety": dict(safety or {}), "delivery": delivery}
+    )
     made = model(label, one.params, safety=one.safety, shared=shared).configure()
     problems: list[Problem] = []
     handlers = usable_handlers(one, made, problems)
@@ -60,8 +62,13 @@ def build(
     return cast("MadeHandler", made)
 
 
-def _checked(configurer: type[Configurer[Any]], label: str, entry: Mapping[str, Any]) -> CheckedConnector:
-    """The connector of an ``entry`` of the YAML file; raises :class:`ConfigError`."""
+def checked_entry(
+    configurer: type[Configurer[Any]],
+    label: str,
+    entry: Mapping[str, Any],
+    installed: InstalledConnector | None = None,
+) -> CheckedConnector:
+    """The connector of an ``entry`` of the YAML file, which ``installed`` ships; raises :class:`ConfigError`."""
     document = YamlDocument({"type": configurer.connector_type or "under-test", "label": label, **entry})
     config, problems = validated(ConnectorConfig, document.tree, document, ())
     if config is None:
@@ -70,4 +77,5 @@ def _checked(configurer: type[Configurer[Any]], label: str, entry: Mapping[str, 
     safety, more = validated(configurer.safety_model, config.safety, document, ("safety",))
     if params is None or safety is None:
         raise ConfigError([*problems, *more])
-    return CheckedConnector(config, configurer, params, safety, uninstalled(configurer, config.type), (), document)
+    installed = installed or uninstalled(configurer, config.type)
+    return CheckedConnector(config, configurer, params, safety, installed, (), document)

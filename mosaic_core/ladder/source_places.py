@@ -14,6 +14,7 @@ from pydantic import BaseModel
 
 import mosaic_core
 from mosaic_core.ladder.fault import CodePlace
+from mosaic_core.runtime.threads.code_places import said_at
 from mosaic_core.runtime.threads.stacks import is_nobodys
 
 CORE_FOLDER = str(Path(mosaic_core.__file__).parent)
@@ -31,17 +32,8 @@ def place_of_class(cls: type[Any]) -> CodePlace:
 
 def place_of_attribute(cls: type[Any], name: str) -> CodePlace:
     """The line where ``cls``, or the base that has it, says ``name = …``, ``name: …`` or ``def name``."""
-    for base in cls.__mro__:
-        if name not in vars(base) and name not in vars(base).get("__annotations__", {}):
-            continue
-        try:
-            lines, first = inspect.getsourcelines(base)
-        except (OSError, TypeError):
-            break
-        wanted = re.compile(rf"\s+(?:async\s+)?(?:def\s+)?{re.escape(name)}\s*[:=(]")
-        at = next((number for number, line in enumerate(lines) if wanted.match(line)), 0)
-        return CodePlace(inspect.getsourcefile(base) or "", first + at)
-    return place_of_class(cls)
+    file, line = said_at(cls, name)
+    return CodePlace(file, line) if file else place_of_class(cls)
 
 
 def place_of_field(model: type[BaseModel], name: str) -> CodePlace:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel
@@ -10,14 +10,20 @@ from pydantic import BaseModel
 from mosaic_core.cli.configuration.connector_description import message_rows
 from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.example import example_of
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.handler import DataChannelReceivable, message_type_of
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.contract.units import unit_of
-from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
-from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups
+from mosaic_core.harness.building import checked_entry
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.connector import HandlerGroup
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.mistakes.example_hints import refusal
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety, fields_of
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver, InstalledConnector
+from mosaic_core.runtime.threads.code_places import explained_error, raised_at, said_at
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.errors import ConfigError, Problem, without_place
 from mosaic_core.words.limits import FieldLimit
 
 ChannelDefaults: TypeAlias = dict[str, Any]
@@ -25,22 +31,42 @@ _BOUNDS = ("min", "max", "max_norm", "max_rise_per_s", "max_fall_per_s", "max_ra
 
 
 class Unmade(Exception):
-    """The connector that its example does not make; the text says why."""
+    """The connector that its example does not make; the text says why. ``problems``: what ``mosaic validate`` says.
+    ``is_broken``: whoever wrote the type has to mend it, as no params of a user's own are missing."""
+
+    def __init__(self, problems: Sequence[Problem], *, is_broken: bool) -> None:
+        super().__init__("; ".join(map(str, problems)))
+        self.problems, self.is_broken = tuple(problems), is_broken
 
 
-def defaults_of(connector_type: str, configurer: type[Configurer[Any]]) -> list[ChannelDefaults]:
-    """What is in force of each channel that operators see, as JSON values. Raises :class:`Unmade`."""
+def defaults_of(
+    connector_type: str, configurer: type[Configurer[Any]], installed: InstalledConnector | None = None
+) -> list[ChannelDefaults]:
+    """What is in force of each channel that operators see, as JSON values. ``installed``: who ships the type. Raises
+    :class:`Unmade`."""
     example = example_of(connector_type, configurer)
+    entry = {"params": example.get("params", {}), "safety": {}, "delivery": None}
     try:
-        params = configurer.params_model.model_validate(example.get("params", {}))
-        safety = configurer.safety_model()
-        made = configurer(example["label"], params, safety=safety).configure()
-    except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
-        raise Unmade(f"{type(error).__name__}: {error}") from None
-    handlers = [made] if isinstance(made, Handler) else list(made)
-    entries = catalogue_entries(example["label"], connector_type, handlers, safety)
-    groups = handler_groups(example["label"], handlers)
-    return [_channel(one.wire(), group, safety) for one, group in zip(entries, groups, strict=True)]
+        one = checked_entry(configurer, example["label"], entry, installed)
+        made = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([])).alone(one)
+    except ConfigError as error:
+        raise _unmade(configurer, error.problems) from None
+    except Exception as error:  # noqa: BLE001 - a plugin's validators may fail in any way
+        file, line = raised_at(error)
+        problem = Problem(without_place(explained_error(error), (file, line)), "config.broken_plugin", file, line)
+        raise _unmade(configurer, [problem]) from None
+    pairs = zip(made.entries, made.groups, strict=True)
+    return [_channel(one.wire(), group, made.safety) for one, group in pairs]
+
+
+def _unmade(configurer: type[Configurer[Any]], problems: Sequence[Problem]) -> Unmade:
+    if configurer.example is not None and (cause := refusal(configurer, configurer.example)):
+        said = f"the example of {configurer.__name__} is refused by its own params: {cause}"
+        return Unmade([Problem(said, "config.broken_plugin", *said_at(configurer, "example"))], is_broken=True)
+    is_own = configurer.example is not None
+    needs = any(field.is_required() for field in configurer.params_model.model_fields.values())
+    codes = {problem.code for problem in problems}
+    return Unmade(problems, is_broken=is_own or (not needs and codes != {"config.invalid"}))
 
 
 def _channel(entry: dict[str, Any], group: HandlerGroup, safety: SafetyConfig) -> ChannelDefaults:

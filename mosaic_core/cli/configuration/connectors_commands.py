@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolver_beside
-from mosaic_core.cli.terminal.error_report import report_problems
+from mosaic_core.cli.terminal.error_report import USAGE, report_problems
 
 if TYPE_CHECKING:
-    from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults
+    from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults, Unmade
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
 
@@ -70,17 +70,39 @@ def show(
     resolver = resolver_beside(HERE, local_connectors)
     configurer = resolver.resolve(connector_type)
     installed = resolver.find(connector_type)
+    channels, unmade = _defaults(installed, configurer)
     if as_json:
-        typer.echo(json.dumps(_full_json(installed, configurer)))
+        typer.echo(json.dumps(_full_json(installed, configurer, channels, unmade)))
+        _end_if_broken(unmade)
         return
     typer.secho(connector_type, bold=True, nl=False)
     typer.echo(f"  ({installed.source})\n{(configurer.__doc__ or '').strip()}\n")
-    channels = _printed_defaults(connector_type, configurer)
-    receives = channels is None or any(channel["safety"] for channel in channels)
+    _print_defaults(configurer, channels, unmade)
+    receives = unmade is not None or any(channel["safety"] for channel in channels)
     for heading, rows in param_tables(configurer, receives=receives):
         print_fields(heading, rows)
     typer.echo("Example:\n")
     typer.echo(example_yaml(connector_type, configurer))
+    _end_if_broken(unmade)
+
+
+def _defaults(
+    installed: InstalledConnector, configurer: type[Configurer[Any]]
+) -> tuple[list[ChannelDefaults], Unmade | None]:
+    """The channels that it has by default; none where it can't be made, and why."""
+    from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of
+
+    try:
+        return defaults_of(installed.type, configurer, installed), None
+    except Unmade as error:
+        return [], error
+
+
+def _end_if_broken(unmade: Unmade | None) -> None:
+    """End as `mosaic validate` would where the type can't be used by anybody."""
+    if unmade is not None and unmade.is_broken:
+        report_problems(unmade.problems)
+        raise typer.Exit(USAGE)
 
 
 def _told(description: str, cause: str | None) -> str:
@@ -97,17 +119,17 @@ def _as_json(one: InstalledConnector, description: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]]) -> dict[str, Any]:
-    from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of
+def _full_json(
+    installed: InstalledConnector,
+    configurer: type[Configurer[Any]],
+    channels: Sequence[ChannelDefaults],
+    unmade: Unmade | None,
+) -> dict[str, Any]:
     from mosaic_core.cli.configuration.connector_description import request_schemas
     from mosaic_core.cli.configuration.connector_example import shown_example
     from mosaic_core.words.delivery import DeliveryContract
 
-    try:
-        channels, unmade = defaults_of(installed.type, configurer), ""
-    except Unmade as error:
-        channels, unmade = [], str(error)
-    receives = bool(unmade) or any(channel["safety"] for channel in channels)
+    receives = unmade is not None or any(channel["safety"] for channel in channels)
     return {
         **_as_json(installed, (configurer.__doc__ or "").strip().partition("\n")[0]),
         "params": configurer.params_model.model_json_schema(),
@@ -116,20 +138,20 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
         "delivery": DeliveryContract.model_json_schema(),
         "example": shown_example(installed.type, configurer),
         "channels": channels,
-        **({"unmade": unmade} if unmade else {}),
+        **({"unmade": str(unmade)} if unmade is not None else {}),
     }
 
 
-def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) -> list[ChannelDefaults] | None:
-    """The channels, once they are printed with the fields of their messages; ``None`` where it can't be made."""
-    from mosaic_core.cli.configuration.connector_defaults import Unmade, defaults_of, lines_of
+def _print_defaults(
+    configurer: type[Configurer[Any]], channels: Sequence[ChannelDefaults], unmade: Unmade | None
+) -> None:
+    """The channels with the fields of their messages, or why nobody knows them."""
+    from mosaic_core.cli.configuration.connector_defaults import lines_of
     from mosaic_core.cli.configuration.connector_description import request_schemas
 
-    try:
-        channels = defaults_of(connector_type, configurer)
-    except Unmade as error:
-        typer.echo(f"What is in force is known once it can be made; with the example's params it can't: {error}\n")
-        return None
+    if unmade is not None:
+        cause = "it can't, as is told below" if unmade.is_broken else f"with the example's params it can't: {unmade}"
+        typer.echo(f"What is in force is known once it can be made; {cause}\n")
     are_asked = bool(request_schemas(configurer))  # whose question and answer have tables of their own
     for channel in channels:
         typer.secho(f"by default, channel {channel['label']}", bold=True)
@@ -138,7 +160,6 @@ def _printed_defaults(connector_type: str, configurer: type[Configurer[Any]]) ->
         typer.echo()
         for way in ("takes", "sends") if not are_asked else ():
             _print_fields(way, channel[way])
-    return channels
 
 
 def _print_fields(way: str, fields: Sequence[Mapping[str, Any]]) -> None:

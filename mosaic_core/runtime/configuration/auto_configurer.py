@@ -33,6 +33,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
+from mosaic_core.runtime.configuration.mistakes.example_hints import example_hints
 from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
 from mosaic_core.runtime.configuration.mistakes.silent_hints import silent_hints
 from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by, unmade
@@ -136,6 +137,16 @@ class AutoConfigurer:
         leases = {lease: tuple(map(written.__getitem__, its)) for lease, its in lease_groups(connectors).items()}
         return Rehearsal(tuple(problems), hints, leases)
 
+    def alone(self, one: CheckedConnector) -> Connector:
+        """The connector without what its params may name beside it. Raises :class:`ConfigError`; calls no hook."""
+        problems: list[Problem] = []
+        made = [_made(one, configurer, problems)[1] for _, configurer in self._configurers([one], problems)]
+        connectors = [connector for connector in made if connector is not None]
+        problems += _taken_channels(connectors, {one.config.label: one})
+        if problems:
+            raise ConfigError(problems)
+        return connectors[0]
+
     def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[MadeConfigurer]:
         made: list[MadeConfigurer] = []
         for one in connectors:
@@ -156,6 +167,7 @@ def _hints(connectors: Sequence[Connector], checked: Sequence[CheckedConnector])
     for connector in connectors:
         yield from guard_hints(by_label[connector.config.label], connector.handlers)
         yield from silent_hints(by_label[connector.config.label], connector.handlers)
+        yield from example_hints(by_label[connector.config.label])
 
 
 def _connectors(
@@ -164,24 +176,33 @@ def _connectors(
     connectors = [connector for _, connector in kept]
     known: list[WithHandlers] = [(one, connector.handlers) for one, connector in kept]
     for one, configurer in made:
-        try:
-            handlers = _handlers(one, configurer, problems)
-            if not handlers:
-                continue
-            known.append((one, handlers))
-            problems += problems_of(one, handlers)
-            connectors.append(_connector(one, handlers))
-        except PydanticUserError as error:
-            problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # noqa: BLE001 - what a handler says of itself may be a property
-            problems.append(broken_by(one, error))
+        handlers, connector = _made(one, configurer, problems)
+        known += [(one, handlers)] if handlers else []
+        connectors += [connector] if connector is not None else []
     every = [one for one, _ in (*kept, *made)]
     problems += label_problems(known)
     problems += folder_problems(every)
     problems += _taken_channels(connectors, {one.config.label: one for one in every})
     return connectors
+
+
+def _made(
+    one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]
+) -> tuple[tuple[Handler, ...], Connector | None]:
+    """The handlers of a connector, and the connector itself unless its code can't say what it is."""
+    handlers: tuple[Handler, ...] = ()
+    try:
+        handlers = _handlers(one, configurer, problems)
+        if handlers:
+            problems += problems_of(one, handlers)
+            return handlers, _connector(one, handlers)
+    except PydanticUserError as error:
+        problems.append(broken(one, f"its message type has no JSON Schema: {error.message}"))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001 - what a handler says of itself may be a property
+        problems.append(broken_by(one, error))
+    return handlers, None
 
 
 def problems_of(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:

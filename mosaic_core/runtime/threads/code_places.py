@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
@@ -74,3 +75,14 @@ def code_of(thing: object) -> CodeLine:
         return str(inspect.getsourcefile(thing)), inspect.getsourcelines(thing)[1]  # type: ignore[arg-type]
     except (OSError, TypeError):
         return NOWHERE
+
+
+def said_at(cls: type, name: str) -> CodeLine:
+    """Where ``cls``, or the base that has it, says ``name = …``, ``name: …`` or ``def name``; else where it stands."""
+    owner = next((one for one in cls.__mro__ if name in vars(one) or name in vars(one).get("__annotations__", {})), cls)
+    file, first = code_of(owner)
+    if first is None:
+        return file, None
+    wanted = re.compile(rf"\s+(?:async\s+)?(?:def\s+)?{re.escape(name)}\s*[:=(]")
+    lines = inspect.getsourcelines(owner)[0]
+    return file, first + next((number for number, line in enumerate(lines) if wanted.match(line)), 0)
