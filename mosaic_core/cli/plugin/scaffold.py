@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import builtins
 import json
 import keyword
 import re
@@ -62,6 +64,10 @@ _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z][a-z0-9]*)*")
 _MAX_NAME = 32
 """Characters: with longer ones the lines of the templates grow beyond what formatters leave alone."""
 _ENDING = ".tmpl"
+_STAND_IN = "StandIn"
+"""In place of a name of classes; nothing in the templates begins so."""
+_OF_TESTS = frozenset({"tests", "conftest", "test_connector", "test_speed", "test_average", "test_widget"})
+"""Modules that a new plugin has beside its package; pytest imports them by these names."""
 _WIDGETS = """
 # The module {module}/widgets/{name}.js, for `widget = "{name}/Panel"`.
 [project.entry-points."mosaic.widgets"]
@@ -78,9 +84,15 @@ class NewPlugin:
     kind: str
 
     def __post_init__(self) -> None:
-        if not _NAME.fullmatch(self.name) or len(self.name) > _MAX_NAME:
-            cure = "use words of small letters and digits, joined by -, at most 32 characters, such as acme-thermometer"
+        if not _is_name(self.name):
+            cure = (
+                "use words of small letters and digits that begin with a letter, joined by -, at most "
+                f"{_MAX_NAME} characters, such as {_like(self.name)}"
+            )
             raise MosaicError(f"{self.name!r} is no name for a plugin", code="plugin.name", cure=cure)
+        if self.module in _OF_TESTS:
+            message, cure = f"'{self.module}' is the name of its own tests", f"choose another, such as acme-{self.name}"
+            raise MosaicError(message, code="plugin.name", cure=cure)
         if keyword.iskeyword(self.module) or self.module in sys.stdlib_module_names or find_spec(self.module):
             cure = f"choose another, such as acme-{self.name}"
             raise MosaicError(f"a module '{self.module}' is there already", code="plugin.name", cure=cure)
@@ -97,10 +109,21 @@ class NewPlugin:
     def connector_types(self) -> tuple[str, ...]:
         return (self.connector_type, *(f"{self.connector_type}-{ending}" for ending in KINDS[self.kind].more))
 
+    @property
+    def class_name(self) -> str:
+        """What its classes begin with: a name that, with their endings, hides nothing that its modules use."""
+        plain = "".join(word.title() for word in self.connector_type.split("-"))
+        texts = self._files(_STAND_IN).items()
+        nodes = [node for path, text in texts if path.suffix == ".py" for node in ast.walk(ast.parse(text))]
+        names = {name for node in nodes if (name := _name_in(node))}
+        own = {name for name in names if name.startswith(_STAND_IN)}
+        taken = {*(names - own), *dir(builtins), *keyword.kwlist}
+        is_taken = any(name.replace(_STAND_IN, plain) in taken for name in own)
+        return f"{plain}Connector" if is_taken else plain
+
     def files(self) -> Mapping[Path, str]:
         """The text of each file by its path inside the package; what the kind has takes the place of what is common."""
-        parts = (files(__package__) / "templates" / part for part in ("common", self.kind))
-        return dict(file for part in parts for file in self._filled(part, Path()))
+        return self._files(self.class_name)
 
     def write(self, folder: Path) -> None:
         """Write all files into ``folder``, which must not exist. Raises :class:`MosaicError` (``plugin.name``)."""
@@ -113,20 +136,25 @@ class NewPlugin:
         except OSError as error:
             raise MosaicError(f"{folder} can't be written: {error.strerror}", code="plugin.name", cure="") from error
 
-    def _filled(self, room: Traversable, path: Path) -> Iterator[tuple[Path, str]]:
+    def _files(self, class_name: str) -> Mapping[Path, str]:
+        words = self._words(class_name)
+        parts = (files(__package__) / "templates" / part for part in ("common", self.kind))
+        return dict(file for part in parts for file in self._filled(part, Path(), words))
+
+    def _filled(self, room: Traversable, path: Path, words: Mapping[str, str]) -> Iterator[tuple[Path, str]]:
         for entry in sorted(room.iterdir(), key=lambda one: one.name):
             if entry.is_dir():
-                yield from self._filled(entry, path / (self.module if entry.name == "package" else entry.name))
+                inner = path / (self.module if entry.name == "package" else entry.name)
+                yield from self._filled(entry, inner, words)
             elif entry.name.endswith(_ENDING):
                 name, text = (
-                    Template(one).substitute(self._words())
+                    Template(one).substitute(words)
                     for one in (entry.name.removesuffix(_ENDING), entry.read_text(encoding="utf-8"))
                 )
                 yield path / name, text
 
-    def _words(self) -> dict[str, str]:
+    def _words(self, class_name: str) -> dict[str, str]:
         kind = KINDS[self.kind]
-        class_name = "".join(word.title() for word in self.connector_type.split("-"))
         entries = [
             {"type": type_, "label": type_.replace("-", "_"), **example}
             for type_, example in zip(self.connector_types, (kind.example, *kind.more.values()), strict=True)
@@ -147,3 +175,22 @@ class NewPlugin:
             "dependencies": json.dumps(kind.dependencies),
             "example": "\n".join(f"  {line}" for line in example.splitlines()),
         }
+
+
+def _is_name(word: str) -> bool:
+    return _NAME.fullmatch(word) is not None and len(word) <= _MAX_NAME
+
+
+def _like(word: str) -> str:
+    """A name that can be, as near to ``word`` as that goes."""
+    joined = re.sub("[^a-z0-9]+", "-", word.lower()).strip("-")
+    found = re.sub("-(?=[0-9])", "", joined)
+    return found if _is_name(found) else "acme-thermometer"
+
+
+def _name_in(node: ast.AST) -> str:
+    """What a node of a module's tree names there; empty where it names nothing."""
+    match node:
+        case ast.Name(id=name) | ast.ClassDef(name=name) | ast.alias(asname=None, name=name) | ast.alias(asname=name):
+            return name or ""
+    return ""

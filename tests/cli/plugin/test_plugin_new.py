@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,8 @@ import yaml
 
 from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
 from mosaic_core.runtime.widgets.widget_modules import exports_of
-from mosaic_core.testing.distributions import write_distribution
+from mosaic_core.testing import build
+from mosaic_core.testing.distributions import forget_modules_of, write_distribution
 from mosaic_core.words.errors import MosaicError
 from release.wheels import PYTHONS
 
@@ -107,7 +110,7 @@ def test_its_workflow_runs_everything_on_every_python_with_the_actions_that_we_u
     assert {"pytest", "mypy acme_lamp", "mosaic plugin check . --level gold"} <= set(runs)
 
 
-@pytest.mark.parametrize("name", ["acme-lamp", LONGEST])
+@pytest.mark.parametrize("name", ["acme-lamp", "iterator", LONGEST])
 @pytest.mark.parametrize("kind", KINDS)
 def test_new_plugins_are_formatted_and_without_a_lint(tmp_path: Path, kind: str, name: str) -> None:
     NewPlugin(name, kind).write(tmp_path / name)
@@ -160,6 +163,8 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         ("json", "a module 'json' is there already"),
         ("class", "a module 'class' is there already"),
         ("mosaic-core", "a module 'mosaic_core' is there already"),
+        ("conftest", "'conftest' is the name of its own tests"),
+        ("test-connector", "'test_connector' is the name of its own tests"),
     ],
 )
 def test_a_name_that_cannot_be_is_refused(name: str, message: str) -> None:
@@ -167,6 +172,55 @@ def test_a_name_that_cannot_be_is_refused(name: str, message: str) -> None:
         NewPlugin(name, "sensor")
     assert message in caught.value.message
     assert caught.value.code == "plugin.name"
+
+
+@pytest.mark.parametrize(
+    ("name", "like"),
+    [("acme-1", "acme1"), ("Acme_Lamp", "acme-lamp"), ("1", "acme-thermometer"), (f"{LONGEST}x", "acme-thermometer")],
+)
+def test_a_refused_name_comes_with_one_that_can_be(mosaic: Callable[..., Any], name: str, like: str) -> None:
+    ended = mosaic("plugin", "new", name, "--sensor")
+    assert ended.code == 2
+    assert ended.err == (
+        f"error: '{name}' is no name for a plugin\n  code: plugin.name\n  cure: use words of small letters and digits "
+        f"that begin with a letter, joined by -, at most 32 characters, such as {like}\n"
+    )
+    assert NewPlugin(like, "sensor").name == like
+
+
+NASTY = [
+    "iterator", "any", "class-var", "field", "params", "message", "unit", "device", "made-up-line", "captured",
+    "data-channel", "media-track", "encoding", "request", "request-handler", "refused", "delivery", "shared", "keeper",
+    "device-gone", "self", "none", "true", "false", "exception", "value-error", "type", "object", "np", "config-error",
+    "path", "silence", "leaves", "made-safe", "connector", "speed", "average", "yes", "null", "stand-in", "mosaic-any",
+]  # fmt: skip
+"""Words that modules of a new plugin, Python or YAML mean otherwise."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_name_hides_what_its_modules_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    """The connectors of each are made, of each of its modules."""
+    for name in NASTY:
+        new = NewPlugin(name, kind)
+        new.write(tmp_path / name)
+        config = yaml.safe_load((tmp_path / name / "mosaic_config.yaml").read_text())
+        assert [one["type"] for one in config["connectors"]] == [*new.connector_types]
+        project = tomllib.loads((tmp_path / name / "pyproject.toml").read_text())["project"]
+        monkeypatch.syspath_prepend(tmp_path / name)
+        for type_, value in project["entry-points"]["mosaic.connectors"].items():
+            configurer = EntryPoint(type_, value, "mosaic.connectors").load()
+            build(configurer)
+            assert configurer.connector_type == type_
+        forget_modules_of(tmp_path / name)
+        for file in (tmp_path / name / "tests").glob("*.py"):
+            assert hidden_in(file.read_text()) == set()
+
+
+def hidden_in(text: str) -> set[str]:
+    """The names that a module imports twice."""
+    nodes = [node for node in ast.parse(text).body if isinstance(node, ast.ImportFrom)]
+    names = [alias.name for node in nodes for alias in node.names]
+    return {name for name in names if names.count(name) > 1}
 
 
 def test_the_type_of_our_own_plugins_goes_without_our_name() -> None:
