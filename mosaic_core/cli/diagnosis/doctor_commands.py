@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from mosaic_core.cli.configuration.local_option import LocalOption, resolver_beside
+from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolver_beside
+from mosaic_core.cli.terminal.error_report import usage
 
 if TYPE_CHECKING:
     from mosaic_core.adapters.video.encoder_choice import EncoderSpeed, Probe
@@ -44,7 +45,10 @@ WIDTH, HEIGHT = 1280, 720
 def doctor(
     context: typer.Context,
     config: Annotated[
-        Path | None, typer.Argument(help="The robot's YAML file; without it less can be checked.")
+        Path | None,
+        typer.Argument(
+            help=f"The robot's YAML file; without a word {HERE}, if it is there. Without one less can be checked."
+        ),
     ] = None,
     server: Annotated[str, typer.Option(help="A server's address, in place of the file's.")] = "",
     only: Annotated[
@@ -75,6 +79,10 @@ def doctor(
         from mosaic_core.cli.diagnosis.doctor_examination import OperatorAccount, examine
 
         account = OperatorAccount(email, code) if with_server else None
+        config = config or (HERE if HERE.is_file() else None)
+        if config is None and local_connectors is not None:
+            word = "--local-connectors" if local_connectors else "--no-local-connectors"
+            usage(f"{word} is about code beside the robot's YAML file, and there is no {HERE} here")
         resolver = None if config is None else resolver_beside(config, local_connectors)
         raise typer.Exit(examine(config, server, only or [], as_json=as_json, account=account, resolver=resolver))
 

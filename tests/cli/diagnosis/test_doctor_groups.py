@@ -34,3 +34,28 @@ def test_only_the_source_of_connectors_that_the_file_names_is_read(
     robot_yaml.write_text(robot_yaml.read_text() + "  - { type: host-load, label: host }\n")
     ended = mosaic("doctor", str(robot_yaml), "--only", "code", "--json")
     assert (ended.code, "mosaic_sensors" in ended.out, "mosaic_audio" in ended.out) == (0, True, False)
+
+
+def test_without_a_word_the_file_of_this_folder_is_examined_with_the_code_beside_it(
+    mosaic: Callable[..., Any], robot_yaml: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot_yaml.with_name("mosaic_config.yaml").write_text("connectors: [{type: lamp, label: lamp}]\n")
+    robot_yaml.with_name("connectors").mkdir()
+    (robot_yaml.parent / "connectors" / "lamp.py").write_text("lamp = (")
+    monkeypatch.chdir(robot_yaml.parent)
+    ended = mosaic("doctor", "--only", "config", "--json", "--local-connectors")
+    assert ended.code == 1
+    assert "mosaic_config.yaml:1: connectors[0].type: no connector type 'lamp'" in ended.out
+    assert "lamp.py:1: SyntaxError" in ended.out
+
+
+@pytest.mark.parametrize("word", ["--local-connectors", "--no-local-connectors"])
+def test_a_word_about_code_beside_a_file_needs_one(
+    mosaic: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, word: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ended = mosaic("doctor", "--only", "machine", word)
+    assert (ended.code, ended.err) == (
+        2,
+        f"error: {word} is about code beside the robot's YAML file, and there is no mosaic_config.yaml here\n",
+    )
