@@ -12,6 +12,7 @@ import typer
 from mosaic_core.adapters.machine.event_loop import run_event_loop
 from mosaic_core.cli.terminal.error_report import usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+from mosaic_core.machines.lan.pairing_secret import pairing_secret
 from mosaic_core.operator.lan.pairing import PairablePlace, pair_at, place_to_pair, unpair
 
 _LONGEST_SECRET = 400
@@ -28,6 +29,9 @@ def pair_robot(robot: str, device: str, *, pin_stdin: bool, as_json: bool) -> No
         secret = sys.stdin.readline(_LONGEST_SECRET)
     else:
         secret = typer.prompt("PIN or code on the robot's screen", hide_input=True, err=True)
+    if not any(pairing_secret(secret).values()):
+        where = "the first line of stdin is empty" if pin_stdin else "nothing but blanks was typed"
+        usage(f"no PIN: {where}", "give it the PIN or code on the robot's screen")
     paired, role = run_event_loop(pair_at(place, secret, device))
     line = {"paired": True, "id": paired.robot_id, "name": paired.name, "url": paired.url, "role": role}
     typer.echo(

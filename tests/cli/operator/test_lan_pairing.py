@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 from uuid import UUID
@@ -9,6 +10,7 @@ from uuid import UUID
 import pytest
 
 from mosaic_core.operator.lan.paired_robots import PairedRobot, PairedRobots
+from mosaic_core.operator.lan.pairing import PairablePlace
 
 ROVER = str(UUID(int=7))
 
@@ -44,6 +46,25 @@ def test_without_a_terminal_the_pin_comes_by_stdin(operator: Any) -> None:
 def test_a_robot_that_is_not_there_is_told_before_a_pin_is_asked(operator: Any) -> None:
     assert "code: signal.unreachable" in operator("pair", "http://127.0.0.1:9", "--pin-stdin").err
     assert "code: lan.not_found" in operator("pair", "Rovr", "--pin-stdin").err
+
+
+@pytest.mark.parametrize("given", ["", "\n", "  \n12345678\n", " - \n", "http://10.0.0.7/#pair=\n"], ids=repr)
+def test_a_line_without_a_pin_is_told_before_any_is_tried(
+    operator: Any, monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
+    async def found(robot: str) -> PairablePlace:
+        return PairablePlace("Rover", "http://127.0.0.1:9")
+
+    monkeypatch.setattr("mosaic_core.cli.operator.lan_pairing.place_to_pair", found)
+    monkeypatch.setattr("sys.stdin", io.StringIO(given))
+    ended = operator("pair", "Rover", "--pin-stdin")
+    assert (ended.code, ended.err.splitlines()[1:]) == (
+        2,
+        [
+            "error: no PIN: the first line of stdin is empty",
+            "  cure: give it the PIN or code on the robot's screen",
+        ],
+    )
 
 
 @pytest.mark.parametrize("name", ["Rover", ROVER, "127.0.0.1:9"])
