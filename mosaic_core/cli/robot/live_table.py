@@ -12,6 +12,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from mosaic_core.words.plain_text import on_one_line
+
 if TYPE_CHECKING:
     from mosaic_core.runtime.observation.counters import ConnectorSnapshot, PeerSnapshot, RobotSnapshot
 
@@ -159,7 +161,7 @@ def _failures(connectors: tuple[ConnectorSnapshot, ...]) -> Iterator[Text]:
     """``front    no such camera: /dev/video0 (plugin.no_device), tries again in 8 s``, a line for each that fails."""
     for connector in connectors:
         if connector.state == "failed" and connector.tries_again_in_s is not None:
-            why = (connector.last_error, "yellow" if _is_absent(connector) else "red")
+            why = (on_one_line(connector.last_error), "yellow" if _is_absent(connector) else "red")
             again = f" ({connector.failure_code}), tries again in {math.ceil(connector.tries_again_in_s)} s"
             yield Text.assemble((f"{connector.label}  ", "dim"), why, (again, "dim"), no_wrap=True, overflow="ellipsis")
 

@@ -87,6 +87,7 @@ def set_up_logging(level: LogLevel, log_format: LogFormat = LogFormat.TEXT, cons
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.value.upper())
+    handler.setLevel(level.value.upper())  # a plugin may set the root's to whatever it likes
     for name in _CHATTY:
         logging.getLogger(name).setLevel(logging.DEBUG if level is LogLevel.DEBUG else logging.WARNING)
     for name in _TELLS_SECRETS:

@@ -167,6 +167,12 @@ def test_what_fails_is_shown_with_why_and_when_it_is_tried_again(code: str, stat
     assert f"front no such camera: /dev/video0 ({code}), tries again in 8 s" in lines
 
 
+def test_a_message_with_line_ends_and_orders_to_the_terminal_stays_one_line() -> None:
+    failing = {"last_error": "gone\nrow two\x1b[2J", "failure_code": "plugin.no_device", "tries_again_in_s": 7.2}
+    lines = [" ".join(line) for line in drawn(snapshot(state="failed", **failing))]
+    assert "front gone\\u000arow two\\u001b[2J (plugin.no_device), tries again in 8 s" in lines
+
+
 def test_the_table_has_a_row_per_connector() -> None:
     assert drawn(snapshot()) == [
         ["server", "wss://example.org", "ready", "up", "1", "min"],
@@ -291,3 +297,16 @@ def test_log_lines_go_above_the_table() -> None:
     logging.getLogger("mosaic").warning("[red]not markup[/red] and a line longer than the terminal is wide")
     assert isinstance(console.file, io.StringIO)
     assert "WARNING [red]not markup[/red] and a line longer" in console.file.getvalue()
+
+
+@pytest.mark.usefixtures("_logging_as_before")
+@pytest.mark.parametrize("log_format", LogFormat)
+def test_a_plugin_that_wants_to_see_everything_changes_no_level_of_the_command(
+    log_format: LogFormat, capsys: pytest.CaptureFixture[str]
+) -> None:
+    set_up_logging(LogLevel.INFO, log_format)
+    logging.getLogger().setLevel(logging.DEBUG)  # as a plugin does at its import
+    logging.getLogger("mosaic_core.runtime").debug("each try")
+    logging.getLogger("mosaic_core.runtime").info("once")
+    told = capsys.readouterr().err
+    assert ("each try" in told, "once" in told) == (False, True)
