@@ -39,6 +39,7 @@ from mosaic_core.contract.declared.sent_sound import check_sound
 from mosaic_core.contract.declared.type_arguments import TypeArguments
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.named_keeper import check_keeper
 from mosaic_core.contract.every import Every, refuse_in_async
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
@@ -188,6 +189,8 @@ def check_said(cls: type[Handler], said: Any) -> None:
     if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
         check_media_delivery(cls, said.delivery)
     check_widget(cls, said.widget, cls.kind)
+    if not is_said_later(said.keeper):
+        check_keeper(cls, said.keeper)
 
 
 def message_type_of(handler: type) -> Any:

@@ -8,6 +8,7 @@ import ast
 import inspect
 from collections.abc import Iterable, Mapping
 
+from mosaic_core.contract.declared.attribute_reads import package_reads
 from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.declared.yielded import caller
@@ -139,9 +140,13 @@ def check_derived(cls: type) -> None:
 
 
 def _check_spelling(cls: type, name: str, words: Iterable[str]) -> None:
-    """Refuse a name that is almost one that this class could have and does not write itself."""
+    """Refuse a name that is almost one that this class could have and does not write itself. One in capitals may be
+    a constant of the author's own."""
     meant = {one.removesuffix("s"): one for one in words if hasattr(cls, one) and one not in vars(cls)}
     found = slip_of(name.removesuffix("s"), [one for one in meant if one[0] == name[0]])
+    lower = name.lower().removesuffix("s")
+    if name[0].isupper() and lower in meant and not isinstance(vars(cls)[name], type):
+        found = None if package_reads(cls, {name}) else lower
     if found is not None:
         word = meant[found]
         message = f"it has '{name}', which nothing reads; did you mean '{word}'?"

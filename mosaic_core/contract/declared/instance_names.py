@@ -8,18 +8,23 @@ from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.host import UnboundHost
 
-_BY_THE_BASE = frozenset({"data_type", "kind"})
-"""What the base and the type in its brackets say."""
+_READ_OF_THE_CLASS = {
+    "data_type": "Give yours another name: what it carries follows from its base.",
+    "kind": "Give yours another name: what it carries follows from its base.",
+    "sends": "Write it in the body of the class: sends = ….",
+}
+"""Values that an instance can't say, and what to do about each."""
 
 
 def check_instance_names(handler: object) -> None:
     """Refuse what ``handler``, which is not bound yet, has set in ``__init__`` under a name that means something
     else, and a misspelt value that nothing reads, not even its author's code."""
     cls, own = type(handler), vars(handler)
+    for name, cure in _READ_OF_THE_CLASS.items():
+        if name in own and hasattr(cls, name):
+            raise wrong_declaration(cls, f"it sets {name}, which is read of its class.", cure)
     for name in own:
-        is_hidden = hasattr(cls, name) and (
-            name in OWNED | _BY_THE_BASE or (name in BODIES and not callable(own[name]))
-        )
+        is_hidden = hasattr(cls, name) and (name in OWNED or (name in BODIES and not callable(own[name])))
         if is_hidden or (name == "_host" and not isinstance(own[name], UnboundHost)):
             raise wrong_declaration(cls, f"it sets {name}, which is the framework's own.", ANOTHER_NAME)
     for name in own:

@@ -6,11 +6,13 @@ A device that is only read needs none: the body of its handler opens it, and beg
 
 from __future__ import annotations
 
+import inspect
 import logging
 import threading
 from collections.abc import Callable
 from typing import Protocol
 
+from mosaic_core.contract.declared.wrong_declaration import wrong_call
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy, again_in
 from mosaic_core.words.errors import DeviceGone
 
@@ -45,7 +47,9 @@ class Keeper:
         """``name``: of the thread. ``turn``: opens what is not open, or does one piece of work, and returns the seconds
         until the next turn, ``None``: until :meth:`wake`. Raising :class:`~mosaic_core.DeviceGone` it says that the
         device is away; what else it raises is logged; it is called again in both cases. ``leave``: on the thread, after
-        the last turn. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after failures."""
+        the last turn. ``patience_s``: how long :meth:`stop` waits for both. ``retry``: waits after failures. Raises
+        :class:`MosaicError` (``config.broken_plugin``) for what is none of these."""
+        _check_made_of(name, turn, leave)
         self._name = name
         self._turn = turn
         self._leave = leave
@@ -178,6 +182,33 @@ class Keeper:
         return asking if isinstance(asking, _KeeperThread) and asking.keeper is self else self._thread
 
 
+def _check_made_of(name: object, turn: object, leave: object) -> None:
+    """Refuse what can't be called, or would run nothing, and a name that is none."""
+    if not isinstance(name, str):
+        cure = "Write Keeper(name, turn): the name first, then the method that takes a turn."
+        raise wrong_call(f"Keeper(…) got {_called(name)} in place of its name.", cure)
+    for what, given in (("turn", turn), ("leave", leave)):
+        if given is None and what == "leave":
+            continue
+        if not callable(given):
+            cure = f"Name the method without brackets: self.{what}, not self.{what}()."
+            raise wrong_call(f"Keeper({name!r}, …) got {_called(given)} in place of a {what}.", cure)
+        if inspect.iscoroutinefunction(given) or inspect.isgeneratorfunction(given):
+            cure = "Write it as a plain `def`: it runs on a thread of its own, and may block."
+            raise wrong_call(
+                f"the {what} of Keeper({name!r}, …) is async or yields, and nothing of it would run.", cure
+            )
+
+
+def _called(given: object) -> str:
+    return "None" if given is None else f"a {type(given).__qualname__}"
+
+
+def _standing_at(function: Callable[..., object]) -> str:
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    return f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
+
+
 def _alone(gone: DeviceGone) -> DeviceGone:
     """The same words, to be kept: without a traceback and a cause, which keep what was half opened."""
     copy = DeviceGone(gone.message)
@@ -216,7 +247,8 @@ class _KeeperThread(threading.Thread):
         try:
             rest_s = self._turn()
             if not isinstance(rest_s, int | float | None):
-                raise TypeError(f"a turn returns the seconds until the next one, or None, and not {rest_s!r}")
+                place = _standing_at(self._turn)
+                raise TypeError(f"{place}a turn returns the seconds until the next one, or None, and not {rest_s!r}")
             if self.keeper.failures == failures and self.keeper.absence in (None, absence):
                 self.keeper.worked()
             self.wait(rest_s)

@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager, ExitStack
 from traceback import extract_tb
 from typing import Any, Protocol, TypeVar, cast
 
+from pydantic import BaseModel
+
 from mosaic_core.contract.declared.wrong_declaration import wrong_call
 from mosaic_core.contract.params import Params
 from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
@@ -46,9 +48,10 @@ class Shared:
 
     def agreed(self, key: str, make: Callable[[], D], params: Params, what: str) -> D:
         """As :meth:`get`, of a thing that has :attr:`~HasParams.params`: raises :class:`MosaicError`
-        (``config.invalid``) where the connector that asked first said others. ``what``: how errors call it, such as
-        ``the bus can0``."""
+        (``config.invalid``) where the connector that asked first said others, and (``config.broken_plugin``) for a
+        thing without them. ``what``: how errors call it, such as ``the bus can0``."""
         thing = self.get(key, make)
+        _check_remembers(key, thing)
         if thing.params != params:
             said, others = params.model_dump(), thing.params.model_dump()
             names = ", ".join(name for name, value in said.items() if name not in others or others[name] != value)
@@ -145,6 +148,14 @@ def _made(key: str, make: Callable[[], S]) -> S:
         cure = "Write both: the robot enters it when it starts, where a Keeper begins, and leaves it when it stops."
         raise wrong_call(message, cure)
     return thing
+
+
+def _check_remembers(key: str, thing: object) -> None:
+    if not isinstance(getattr(thing, "params", None), BaseModel):
+        has = "no params" if not hasattr(thing, "params") else "params that are none of a connector"
+        message = f"what shared.agreed({key!r}, …) makes is {_called(thing)}, which has {has}."
+        cure = "Let its __init__ remember what it is made of: self.params = params; shared.get(…) asks for none."
+        raise wrong_call(message, cure)
 
 
 def _called(thing: object) -> str:

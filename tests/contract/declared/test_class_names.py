@@ -324,3 +324,14 @@ def test_a_receiver_may_send_in_its_own_way_and_a_handler_may_add_to_bind() -> N
     class Adds(Tells):
         def bind(self, host: HandlerHost) -> None:
             super().bind(host)
+
+
+@pytest.mark.parametrize(("name", "meant"), [("Widget", "widget"), ("TIMEOUT_S", "timeout_s"), ("Runs", "runs")])
+def test_a_name_in_capitals_is_told_with_the_one_that_is_read(name: str, meant: str) -> None:
+    said = told(DataChannelReceivable, name, "gauge")
+    assert said.startswith(f"it has '{name}', which nothing reads; did you mean '{meant}'?")
+
+
+def test_a_class_inside_and_a_constant_that_is_read_keep_their_capitals() -> None:
+    made(DataChannelReceivable, "Widget", Wish)
+    assert made(DataChannelReceivable, "LIMITS", {}).LIMITS == {}  # type: ignore[attr-defined]

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from mosaic_core import DeviceGone, Keeper
+from mosaic_core import DeviceGone, Keeper, MosaicError
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 
 IN_TIME_S = 20.0
@@ -345,3 +345,44 @@ def test_a_turn_in_which_the_device_is_lost_does_not_say_by_its_end_that_it_is_b
         assert listener.is_there.wait(IN_TIME_S)
         assert turns == 2
     assert listener.heard == ["pulled out 0", "back"]
+
+
+class Line:
+    def turn(self) -> None: ...
+    async def later(self) -> None: ...
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Keeper(Line().turn, "bus"), "Keeper(…) got a method in place of its name. Write Keeper(name, turn): "),  # type: ignore[arg-type]
+        (
+            lambda: Keeper("bus", Line().turn()),
+            "Keeper('bus', …) got None in place of a turn. Name the method without ",
+        ),  # type: ignore[func-returns-value, arg-type]
+        (lambda: Keeper("bus", Line().turn, 2.0), "Keeper('bus', …) got a float in place of a leave. Name the method "),  # type: ignore[arg-type]
+        (
+            lambda: Keeper("bus", Line().later),
+            "the turn of Keeper('bus', …) is async or yields, and nothing of it would",
+        ),  # type: ignore[arg-type]
+    ],
+)
+def test_what_can_not_take_turns_is_told_where_the_keeper_is_made(make: Callable[[], Keeper], said: str) -> None:
+    with pytest.raises(MosaicError) as told:
+        make()
+    line = make.__code__.co_firstlineno
+    assert told.value.message.startswith(f"{__file__}:{line}: {said}")
+    assert told.value.code == "config.broken_plugin"
+
+
+def test_a_turn_that_returns_no_time_is_told_with_its_line(caplog: pytest.LogCaptureFixture) -> None:
+    taken = threading.Event()
+
+    def turn() -> float | None:
+        taken.set()
+        return "soon"  # type: ignore[return-value]
+
+    with started(Keeper("bus", turn)):
+        assert taken.wait(IN_TIME_S)
+    said = "a turn returns the seconds until the next one, or None, and not 'soon'"
+    assert f"TypeError: {__file__}:{turn.__code__.co_firstlineno}: {said}" in caplog.text

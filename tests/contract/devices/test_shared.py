@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core import DeviceGone, MosaicError, Shared
+from mosaic_core import DeviceGone, MosaicError, NoParams, Shared
 
 
 class Thing:
@@ -79,3 +79,26 @@ def test_what_an_enter_says_of_its_own_is_passed_on() -> None:
     with pytest.raises(DeviceGone) as told:
         shared.enter()
     assert told.value is gone
+
+
+class Remembering:
+    def __init__(self, **remembered: Any) -> None:
+        self.__dict__.update(remembered)
+
+    def __enter__(self) -> None: ...
+    def __exit__(self, *_: object) -> None: ...
+
+
+@pytest.mark.parametrize(
+    ("remembered", "has"), [({}, "no params"), ({"params": {"port": 1}}, "params that are none of a connector")]
+)
+def test_a_thing_that_forgets_its_params_is_told_where_they_are_compared(remembered: dict[str, Any], has: str) -> None:
+    shared = Shared().of("motor")
+    with pytest.raises(MosaicError) as told:
+        shared.agreed("acme:motor", lambda: Remembering(**remembered), NoParams(), "the motor")
+    line = inspect.getsourcelines(test_a_thing_that_forgets_its_params_is_told_where_they_are_compared)[1]
+    said = f"what shared.agreed('acme:motor', …) makes is a Remembering, which has {has}. Let its __init__ remember"
+    assert told.value.at[0] == __file__
+    assert (told.value.at[1] or 0) > line
+    assert said in told.value.message
+    assert "self.params = params" in told.value.cure
