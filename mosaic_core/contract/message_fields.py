@@ -3,7 +3,7 @@ numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -30,6 +30,22 @@ def has_two_names(model: Any, path: list[str]) -> bool:
                 return True
             return any(has_two_names(inner, path[1:]) for inner in (info.annotation, *get_args(info.annotation)))
     return False
+
+
+def may_lack(model: Any, path: Sequence[str]) -> bool:
+    """Whether a message may be without the field on this path, so that there is no value at all, not even a default."""
+    if not path or not (isinstance(model, type) and issubclass(model, BaseModel)):
+        return False
+    named = {info.validation_alias or info.alias or name: info for name, info in model.model_fields.items()}
+    info = named.get(path[0])
+    if info is None or len(path) == 1:
+        return info is not None and not info.is_required() and info.get_default() is None and not info.default_factory
+    return any(may_lack(inner, path[1:]) for inner in (info.annotation, *get_args(info.annotation)))
+
+
+def is_bound(field: str) -> bool:
+    """Whether the number bounds something itself, as its name says: ``max_effort``."""
+    return field.rpartition(".")[2].startswith("max_")
 
 
 @dataclass(frozen=True, slots=True)

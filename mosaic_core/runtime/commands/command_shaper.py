@@ -8,13 +8,14 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
 from mosaic_core.machines.commands.gates import WrongShape
 from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
 from mosaic_core.runtime.commands.message_schema import nodes_on
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.commands.reported_position import ReportedPosition
+from mosaic_core.runtime.commands.unsaid_bounds import UnsaidBounds
 from mosaic_core.runtime.commands.whole_numbers import WholeNumbers
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
@@ -49,6 +50,7 @@ class CommandShaper:
         if self._envelope is not None:
             its = (self._reader.schema(), self._envelope.fields, self._envelope.positions, safety.lists)
             self._defaults, self._whole = MotionDefaults(*its), WholeNumbers(*its)
+        self._bounds = UnsaidBounds(message_type_of(type(handler)), safety.limits)
         self._fired = fired
         self._shaped_after = fired()
         self._now_s = now_s
@@ -93,7 +95,7 @@ class CommandShaper:
     def _validated(self, message: dict[str, Any], value: dict[str, Any]) -> Any:
         """``message``, which the limits made of ``value``, as the handler takes it."""
         try:
-            return self._reader.validated(message)
+            return self._reader.validated(self._bounds.said(message))
         except Refused:
             try:  # only now: what the limits bring within the bounds of the handler's type is taken
                 self._reader.validated(value)
@@ -111,7 +113,7 @@ class CommandShaper:
         """The last command with all motion at zero, as the handler takes it; ``None``: there is nothing to repeat."""
         if self._envelope is None or self._last is None:
             return None
-        return self._reader.validated(self._envelope.zero(self._last))
+        return self._reader.validated(self._bounds.said(self._envelope.zero(self._last)))
 
 
 def _envelope_of(handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> SafetyEnvelope:

@@ -66,8 +66,12 @@ def _names_idle_resource(safety: SafetyConfig, handler: DataChannelReceivable[An
 
 
 def _unknown_fields(one: CheckedConnector, found: list[DataChannelReceivable[Any]]) -> Iterator[Problem]:
-    """Limits of the file that are of no receiver's messages."""
+    """Limits of the file that say nothing, or are of no receiver's messages."""
     known = [(handler, fields_of(handler, one.safety)) for handler in found]
+    written = (one.config.safety or {}).get("limits", {})
+    for field in (field for field in one.safety.limits if known and written.get(field) == {}):
+        message = f"the limit of '{field}' of connector '{one.config.label}' bounds nothing"
+        yield one.problem(message, "safety", "limits", field, cure="write min, max or a rate, or remove it")
     taking = [its for _, its in known if its.message_type not in (str, bytes)]
     for field in sorted(one.safety.limits) if taking else ():
         if not any(takes_field(handler, fields, field) for handler, fields in known):

@@ -205,3 +205,10 @@ async def test_a_reported_position_is_no_mistake_where_the_file_calls_it_one_or_
     safety = field("angle", **bounds)
     async with joined(connector(UnsaidConfigurer, label="a", safety=safety)) as link:
         assert link.configured.connectors[0].handlers
+
+
+def test_a_limit_of_the_file_that_bounds_nothing_is_refused_as_one_of_a_class_is() -> None:
+    (problem,) = problems_of(BlindConfigurer, {"limits": {"angle": {}}})
+    assert problem.message == "the limit of 'angle' of connector 'a' bounds nothing"
+    assert problem.cure == "write min, max or a rate, or remove it"
+    assert problem.path.endswith("safety.limits.angle")

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
+from mosaic_core.contract.message_fields import is_bound, may_lack
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.configuration.receiver_safety import bounds_of, resource_of, timeout_of
+from mosaic_core.runtime.configuration.receiver_safety import bounds_of, kind_for, resource_of, timeout_of
 from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.words.errors import Problem
 
@@ -28,6 +29,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         yield from unstopped
         yield from _on_the_loop(one, handler)
         yield from _unasked(one, handler)
+        yield from _unbounded(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
@@ -82,6 +84,26 @@ def _unasked(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iter
         message = f"connector '{one.config.label}' reports positions, and none of its numbers is one: nobody asks it"
         cure = f"name them in position_fields of {kind.__name__}{standing_at(kind)}, or drop reported_position"
         yield one.problem(message, "safety", cure=cure)
+
+
+def _unbounded(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """A number is limited that a message may be without: nobody knows what it is then, and nothing bounds it."""
+    message_type = message_type_of(type(handler))
+    for field, bounds in bounds_of(handler, one.safety).items():
+        is_kind_known = bounds.kind is not None or kind_for(handler, one.safety, field) is not None
+        is_filled = is_bound(field) and bounds.max is not None
+        if is_kind_known or is_filled or not may_lack(message_type, field.split(".")):
+            continue
+        message = (
+            f"'{field}' of connector '{one.config.label}' is limited, and a message may leave it out: whatever the "
+            "connector takes it for then, nothing bounds"
+        )
+        cure = (
+            f"require it in {message_type.__name__}, give it a default that is a number, or say what it is: "
+            "`kind: velocity` where it is 0 then, `kind: position` where it stays as it is"
+        )
+        keys = ("limits", field) if field in one.safety.limits else ()
+        yield one.problem(message, "safety", *keys, cure=cure)
 
 
 def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:

@@ -269,3 +269,53 @@ def test_who_reports_positions_and_has_none_is_told() -> None:
 def test_who_reports_the_positions_that_it_has_is_not(handler: Any, safety: dict[str, Any]) -> None:
     one: Any = Place(**safety)
     assert not [hint for hint in guard_hints(one, (handler("it"),)) if "reports positions" in hint.message]
+
+
+class Push(Message):
+    mps: float
+    force_n: float | None = None
+    max_force_n: float | None = None
+    damping: float = 1.0
+
+
+class Pushes(DataChannelReceivable[Push]):
+    motion_fields = ("mps",)
+    timeout_s = 0.3
+
+    def make_safe(self, cause: str) -> None:
+        """Stands."""
+
+
+class Bounded(Pushes):
+    limits: ClassVar[Mapping[str, FieldBounds]] = {"force_n": FieldBounds(max=5.0)}
+
+
+def unbounded(handler: Any, **limits: FieldBounds) -> list[Problem]:
+    one: Any = Place(limits=limits)
+    return [hint for hint in guard_hints(one, (handler("it"),)) if "is limited" in hint.message]
+
+
+@pytest.mark.parametrize(("handler", "limits"), [(Pushes, {"force_n": FieldBounds(max=5.0)}), (Bounded, {})])
+def test_a_limited_number_that_a_message_may_leave_out_is_told(handler: Any, limits: dict[str, FieldBounds]) -> None:
+    (hint,) = unbounded(handler, **limits)
+    assert hint.message == (
+        "'force_n' of connector 'it' is limited, and a message may leave it out: whatever the connector takes it for "
+        "then, nothing bounds"
+    )
+    assert hint.cure == (
+        "require it in Push, give it a default that is a number, or say what it is: `kind: velocity` where it is 0 "
+        "then, `kind: position` where it stays as it is"
+    )
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"mps": FieldBounds(max=1.0)},
+        {"damping": FieldBounds(max=1.0)},
+        {"max_force_n": FieldBounds(max=5.0)},
+        {"force_n": FieldBounds(kind="velocity", max=5.0)},
+    ],
+)
+def test_one_that_is_known_where_it_is_left_out_is_not(limits: dict[str, FieldBounds]) -> None:
+    assert not unbounded(Pushes, **limits)
