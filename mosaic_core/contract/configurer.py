@@ -6,8 +6,10 @@ The entry point's name is the YAML ``type``. A configurer gets the validated ``p
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel
 
 from mosaic_core.contract.declared.class_bodies import check_bodies
 from mosaic_core.contract.declared.class_names import check_names
@@ -84,6 +86,16 @@ def check_configurer(configurer: object, function: str) -> None:
         return
     name = configurer.__name__ if isinstance(configurer, type) else f"an instance of {type(configurer).__name__}"
     raise TypeError(f"`{function}` takes the class of a configurer, whose `configure()` it calls, and not {name}")
+
+
+def check_written(function: str, **given: object) -> None:
+    """Raise :class:`TypeError` for a part of a connector, given to ``function`` of the kit, that is no mapping."""
+    for name, value in given.items():
+        if value is not None and not isinstance(value, Mapping | BaseModel):
+            message = (
+                f"`{function}` takes {name} as the YAML file has it, a mapping of keys to values, and not {value!r}"
+            )
+            raise TypeError(message)
 
 
 def _check_params_said(cls: type[Configurer[Any]]) -> None:

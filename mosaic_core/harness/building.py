@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol, TypeVar, cast
 
-from mosaic_core.contract.configurer import Configurer, check_configurer
+from mosaic_core.contract.configurer import Configurer, check_configurer, check_written
 from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.harness.fake_hosts import FakeClock, FakeHost
+from mosaic_core.harness.right_kind import check_made
 from mosaic_core.runtime.configuration.auto_configurer import problems_of, usable_handlers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import validated
@@ -44,6 +45,9 @@ def build(
     in ``shared`` are opened by ``with shared.entered():``.
     """
     check_configurer(configurer, "build")
+    check_written("build", params=params, safety=safety)
+    check_made("shared", shared, Shared)
+    check_made("clock", clock, FakeClock)
     model = cast("type[Configurer[Any]]", configurer)
     one = checked_entry(
         model, label, {"params": dict(params or {}), "safety": dict(safety or {}), "delivery": delivery}

@@ -73,6 +73,10 @@ def _run(
     within_s: float,
     noun: str,
 ) -> list[Any]:
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int)):
+        raise TypeError(f"take a whole number of the {noun}, not {count!r}")
+    if not isinstance(within_s, int | float):
+        raise TypeError(f"within_s is a number of seconds, not {within_s!r}")
     if count is not None and count < 1:
         raise ValueError(f"take 1 of the {noun} or more, not {count}; all of them without a count")
     host = fake_host(handler)

@@ -14,6 +14,7 @@ from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.contract.sound import Sound
+from mosaic_core.harness.right_kind import check_handler
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
@@ -212,7 +213,8 @@ def _value(message: Outgoing) -> Any:
 
 
 def fake_host(handler: Handler) -> FakeHost:
-    """The fake host of ``handler``; binds one if it has none yet."""
+    """The fake host of ``handler``; binds one if it has none yet. Raises :class:`TypeError` for what is no handler."""
+    check_handler(handler, "fake_host")
     if not isinstance(handler._host, FakeHost):
         handler.bind(FakeHost())
     host = handler._host

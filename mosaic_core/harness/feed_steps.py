@@ -22,6 +22,11 @@ def _number(step: object, given: object) -> float:
     raise TypeError(f"{type(step).__name__} takes a number, not {given!r}")
 
 
+def _check_sender(step: object, given: object) -> None:
+    if not isinstance(given, Sender):
+        raise TypeError(f"{type(step).__name__} takes a Sender, such as OPERATOR, not {given!r}")
+
+
 @dataclass(frozen=True, slots=True)
 class Silence:
     """A pause: nothing arrives for ``seconds``."""
@@ -41,6 +46,9 @@ class Leaves:
     sender: Sender = OPERATOR
     """Who leaves."""
 
+    def __post_init__(self) -> None:
+        _check_sender(self, self.sender)
+
 
 @dataclass(frozen=True, slots=True)
 class From:
@@ -51,6 +59,9 @@ class From:
     data: Any
     """A model, JSON values, or exactly these ``str`` or ``bytes``."""
 
+    def __post_init__(self) -> None:
+        _check_sender(self, self.sender)
+
 
 @dataclass(frozen=True, slots=True)
 class Stopped:
@@ -58,6 +69,9 @@ class Stopped:
 
     by: Sender = ANOTHER_OPERATOR
     """Who says it."""
+
+    def __post_init__(self) -> None:
+        _check_sender(self, self.by)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +85,9 @@ class LosesLease:
 
     sender: Sender = OPERATOR
     """Who has it no more."""
+
+    def __post_init__(self) -> None:
+        _check_sender(self, self.sender)
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,6 +36,24 @@ def check_has(handler: object, body: str) -> None:
     raise TypeError(f"`{function}` tests a handler that has `{body}`, and {name} has none{cure}")
 
 
+def check_handler(handler: object, function: str) -> None:
+    """Raise :class:`TypeError` where ``handler`` is none."""
+    if isinstance(handler, Handler):
+        return
+    if isinstance(handler, type):
+        raise TypeError(f"`{function}` takes a handler, not a class: write `build(…)` of its configurer")
+    cure = ": write `build(…)[0]` for the first of several" if isinstance(handler, list | tuple) else ""
+    raise TypeError(f"`{function}` takes a handler, not a {type(handler).__name__}{cure}")
+
+
+def check_made(name: str, given: object, kind: type) -> None:
+    """Raise :class:`TypeError` where the argument ``name`` is neither left out nor of this ``kind``."""
+    if given is None or isinstance(given, kind):
+        return
+    what = f"the class {given.__name__}" if isinstance(given, type) else repr(given)
+    raise TypeError(f"`{name}` is a {kind.__name__}, and not {what}: write `{name}={kind.__name__}()`")
+
+
 def check_script(script: object) -> None:
     """Raise :class:`TypeError` for one message or step alone, whose parts would be fed."""
     if isinstance(script, type):
@@ -47,6 +65,10 @@ def check_script(script: object) -> None:
 
 
 def check_step(step: object) -> None:
-    """Raise :class:`TypeError` for a step whose brackets were forgotten, which would be sent as a message."""
+    """Raise :class:`TypeError` for what would be sent as a message and is none: a step whose brackets were forgotten,
+    a pause that is none, the outcome of what returns nothing."""
     if isinstance(step, type):
         raise TypeError(f"a step is made with brackets: write `{step.__name__}(…)`")
+    if step is None or isinstance(step, int | float):
+        cure = "" if step is None or isinstance(step, bool) else f": write `Silence({step})` for a pause"
+        raise TypeError(f"a script is made of messages and steps, and {step!r} is neither{cure}")

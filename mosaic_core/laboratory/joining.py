@@ -16,7 +16,7 @@ from typing import Any
 
 import pluggy
 
-from mosaic_core.contract.configurer import Configurer, check_configurer
+from mosaic_core.contract.configurer import Configurer, check_configurer, check_written
 from mosaic_core.laboratory.memory_network import MemoryNetwork
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
 from mosaic_core.laboratory.networks import Network
@@ -58,6 +58,7 @@ def connector(
     """One connector of :func:`joined`, written as in the YAML file. Raises :class:`ConfigError` for mistakes in
     ``label`` and ``delivery``; those in params and safety are told by :func:`joined`."""
     check_configurer(configurer, "connector")
+    check_written("connector", params=params, safety=safety)
     entry = {"type": configurer.connector_type or "under-test", "label": label, "params": dict(params or {})}
     document = YamlDocument({**entry, "safety": dict(safety) if safety else None, "delivery": delivery})
     config, problems = validated(ConnectorConfig, document.tree, document, ())
@@ -220,6 +221,10 @@ def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any]
 
 async def until(condition: Callable[[], object], what: str = "", timeout_s: float = PATIENCE_S) -> float:
     """Wait until ``condition()`` is true; returns the seconds it took, raises :class:`TimeoutError` with ``what``."""
+    if not callable(condition):
+        raise TypeError(f"`until` asks a function again and again: write `until(lambda: …)`, and not {condition!r}")
+    if not isinstance(what, str):
+        raise TypeError(f"`what` names in words what `until` waits for: write `timeout_s={what!r}` for a bound")
     start_s = time.monotonic()
     while not condition():
         if time.monotonic() - start_s > timeout_s:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import subprocess
@@ -52,8 +53,10 @@ from mosaic_core.testing import (
     fake_host,
     feed,
     joined,
+    missing_to_gold,
     take_frames,
     take_sounds,
+    until,
 )
 from mosaic_core.testing.distributions import forget_modules_of, write_distribution
 from mosaic_core.testing.pytest_plugin import InstallDistribution
@@ -360,6 +363,11 @@ def test_a_package_that_lies_elsewhere_too_is_kept(tmp_path: Path, monkeypatch: 
     forget_modules_of(tmp_path)
 
 
+class NothingConfigurer(Configurer[Params]):
+    def configure(self) -> None:  # type: ignore[override]
+        Crane(self.label)
+
+
 class Answering(RequestHandler[Level, Level]):
     def answer(self, question: Level, request: Request) -> Level:
         return question
@@ -445,6 +453,29 @@ async def test_two_connectors_of_one_label_are_told() -> None:
         (lambda: connector(BothConfigurer, label="a b"), r"label"),
         (lambda: build(BothConfigurer, label="a b"), r"label"),
         (lambda: build(BothConfigurer, delivery="reliabel"), r"delivery.*reliable"),
+        (lambda: build(CraneConfigurer, clock=FakeClock), r"not the class FakeClock: write `clock=FakeClock\(\)`"),
+        (lambda: build(CraneConfigurer, clock=3), r"`clock` is a FakeClock, and not 3: write `clock=FakeClock\(\)`"),
+        (lambda: build(CraneConfigurer, shared=Shared), r"not the class Shared: write `shared=Shared\(\)`"),
+        (lambda: build(CraneConfigurer, params=["a"]), r"`build` takes params as the YAML file has it, .* not \['a'\]"),
+        (
+            lambda: connector(CraneConfigurer, safety="a"),
+            r"`connector` takes safety as the YAML file has it, .* not 'a'",
+        ),
+        (lambda: feed(Crane("it"), [{"mps": 1}, 1.0]), r"1\.0 is neither: write `Silence\(1\.0\)` for a pause"),
+        (lambda: feed(Crane("it"), [None]), "a script is made of messages and steps, and None is neither$"),
+        (lambda: From("alice", {"mps": 1}), "From takes a Sender, such as OPERATOR, not 'alice'"),
+        (lambda: Leaves("alice"), "Leaves takes a Sender, such as OPERATOR, not 'alice'"),
+        (lambda: collect(Doubtful("it"), "3"), "take a whole number of the messages, not '3'"),
+        (lambda: collect(Doubtful("it"), 1, within_s="3"), "within_s is a number of seconds, not '3'"),
+        (lambda: fake_host(Crane), r"`fake_host` takes a handler, not a class: write `build\(…\)` of its configurer"),
+        (lambda: fake_host([Crane("it")]), r"not a list: write `build\(…\)\[0\]` for the first of several"),
+        (
+            lambda: asyncio.run(missing_to_gold(CraneConfigurer)),
+            "and not the class CraneConfigurer: name its distribut",
+        ),
+        (lambda: asyncio.run(until(True)), r"write `until\(lambda: …\)`, and not True"),
+        (lambda: asyncio.run(until(bool, 0.2)), "write `timeout_s=0.2` for a bound"),
+        (lambda: build(NothingConfigurer), r"configure\(\) returned None instead of a handler"),
     ],
 )
 def test_what_means_nothing_to_the_kit_is_told(make: Callable[[], object], said: str) -> None:
