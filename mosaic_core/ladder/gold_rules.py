@@ -35,7 +35,7 @@ async def refuses_garbage(one: Examinee) -> list[Fault]:
 
 async def leaves_nothing(one: Examinee) -> list[Fault]:
     found, restarts = await leftovers(one)
-    return [Fault(f"after {restarts} restarts there are {', '.join(found)}", one.place)] if found else []
+    return [Fault(f"after {restarts} there are {', '.join(found)}", one.place)] if found else []
 
 
 async def runs_without_hardware(one: Examinee) -> list[Fault]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
+import re
 import sys
 import threading
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -30,6 +31,7 @@ from mosaic_core.ladder.fault import CodePlace, NotJudged
 from mosaic_core.ladder.shipment import MAX_FILES
 from mosaic_core.ladder.source_places import place_of_frames
 from mosaic_core.ladder.trial_run import TrialRun, entered, trial_run
+from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.words.errors import DeviceGone, MosaicError
@@ -52,6 +54,8 @@ SETTLE_S = 1.0
 CALM_S = 0.06
 """What has not changed for so long is not ending any more."""
 LOOK_S = 0.01
+_NUMBER = re.compile(r"[-_0-9]+(?= \(|$)")
+"""What tells one thread or task from another of its kind, also as Python names them: ``Thread-3 (read)``."""
 
 
 @dataclass(slots=True)
@@ -146,18 +150,29 @@ def _blocks(code: str) -> bool:
     return any(blocking_lines(code))
 
 
-async def leftovers(one: Examinee) -> tuple[list[str], int]:
-    """What many restarts of whole robots leave behind, in words, and after how many. Raises :class:`NotJudged`."""
+async def leftovers(one: Examinee) -> tuple[list[str], str]:
+    """What many restarts leave behind, in words, and after which: of whole robots, else of the bodies of handlers that
+    stay, for what a handler keeps goes with it. Raises :class:`NotJudged`."""
     life = await lived(one)
     if life.bugs or life.stop_s > SLOW_STOP_S:
         raise NotJudged("it does not start and stop well: mend starts-again and hears-stop first")
-    await _one_restart(one)  # what is made once for all is made now
-    before = await _settled(None)
     restarts = restarts_of(one.restarts, life.stop_s)
+    found = await _left_by(lambda: _one_restart(one), restarts)
+    if found:
+        return found, f"{restarts} restarts"
+    restarts, configured = min(restarts, FEWEST_RESTARTS), one.configured(one.trial)
+    async with entered(configured):
+        return await _left_by(lambda: _one_run(configured), restarts), f"{restarts} restarts of the same handlers"
+
+
+async def _left_by(restart: Callable[[], Awaitable[None]], restarts: int) -> list[str]:
+    """What there is more of after so many, in words."""
+    await restart()  # what is made once for all is made now
+    before = await _settled(None)
     for _ in range(restarts):
-        await _one_restart(one)
+        await restart()
     more = await _settled(before) - before
-    return [f"{count} more {what}" for what, count in sorted(more.items()) if count >= max(2, restarts // 2)], restarts
+    return [f"{count} more {what}" for what, count in sorted(more.items()) if count >= max(2, restarts // 2)]
 
 
 def restarts_of(wanted: int, stop_s: float) -> int:
@@ -167,7 +182,12 @@ def restarts_of(wanted: int, stop_s: float) -> int:
 
 async def _one_restart(one: Examinee) -> None:
     configured = one.configured(one.trial)
-    async with entered(configured), trial_run(configured) as run:
+    async with entered(configured):
+        await _one_run(configured)
+
+
+async def _one_run(configured: Configured) -> None:
+    async with trial_run(configured) as run:
         await run.begun(BRIEF_S)
 
 
@@ -194,9 +214,9 @@ def _open_things() -> Iterator[str]:
     for thread in threading.enumerate():
         if thread.name.startswith("asyncio_"):
             continue  # of the event loop's own pool, which grows up to a bound
-        yield f"threads like {thread.name.rstrip('0123456789-_')!r}"
+        yield f"threads like {_NUMBER.sub('', thread.name)!r}"
     for task in asyncio.all_tasks():
-        yield f"tasks like {task.get_name().rstrip('0123456789-_')!r}"
+        yield f"tasks like {_NUMBER.sub('', task.get_name())!r}"
     with contextlib.suppress(OSError):  # where there is no /proc nothing is said of files
         for descriptor in Path("/proc/self/fd").iterdir():
             with contextlib.suppress(OSError):

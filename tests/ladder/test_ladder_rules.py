@@ -411,3 +411,36 @@ def test_words_name_a_distribution_a_type_or_a_folder(plugin: GoodPlugin, tmp_pa
     assert "did you mean 'camera'" in told.value.cure
     with pytest.raises(MosaicError, match=r"has no pyproject\.toml"):
         found_shipments([str(tmp_path)])
+
+
+NAMELESS = """    def messages(self) -> Iterator[Reading]:
+        import threading
+        threading.Thread(target=threading.Event().wait, daemon=True).start()
+        for _ in self.every(self.params.period_s):"""
+KEPT = """    def messages(self) -> Iterator[Reading]:
+        self.kept = [*getattr(self, "kept", ()), open("/dev/null")]
+        for _ in self.every(self.params.period_s):"""
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        (NAMELESS, "after 3 restarts there are 3 more threads like 'Thread (wait)'"),
+        pytest.param(
+            KEPT,
+            "after 3 restarts of the same handlers there are 3 more open files like '/dev/null'",
+            marks=[
+                pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="nobody says which files are open"),
+                pytest.mark.filterwarnings(
+                    "ignore::pytest.PytestUnraisableExceptionWarning"
+                ),  # closed with its handler
+            ],
+        ),
+    ],
+)
+async def test_threads_without_a_name_and_what_a_handler_keeps_are_left_behind_too(
+    plugin: GoodPlugin, body: str, told: str
+) -> None:
+    plugin.spoil(C, BODY, body)
+    (finding,) = [one for one in await findings(plugin, only=("leaves-nothing",)) if one.verdict == "failed"]
+    assert finding.faults[0].message == told
