@@ -1,7 +1,8 @@
 """Judges the licences in the bills of materials of a release against `licences.toml`.
 
 ``python -m release.licences dist``. Fails where a package is under a licence that is neither allowed nor an exception,
-where it names none, and where an exception or a licence that we looked up is no longer needed.
+where it names none, and where an exception or a licence that we looked up is no longer needed; and where a distribution
+of ours is without the text of its own.
 """
 
 from __future__ import annotations
@@ -9,12 +10,16 @@ from __future__ import annotations
 import json
 import re
 import sys
+import tarfile
 import tomllib
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+_TEXT = r"[^/]+(?:\.dist-info/licenses)?/LICENSE"
+"""Where a wheel has it, and a source distribution."""
 RULES = Path(__file__).with_name("licences.toml")
 
 
@@ -81,6 +86,21 @@ def wrong(components: list[dict[str, Any]], rules: Rules) -> Iterator[str]:
     yield from (f"{name} has a licence found for it and is not there any more" for name in rules.found.keys() - there)
 
 
+def without_text(folder: Path) -> Iterator[str]:
+    """Names of wheels and source distributions that do not carry the text of their licence."""
+    for path in sorted(folder.iterdir()):
+        if path.suffix == ".whl":
+            with zipfile.ZipFile(path) as wheel:
+                names = wheel.namelist()
+        elif path.name.endswith(".tar.gz"):
+            with tarfile.open(path) as sources:
+                names = sources.getnames()
+        else:
+            continue
+        if not any(re.fullmatch(_TEXT, name) for name in names):
+            yield path.name
+
+
 def main(folder: Path) -> int:
     bills = [json.loads(path.read_text()) for path in sorted(folder.glob("*.cdx.json"))]
     if not bills:
@@ -88,12 +108,13 @@ def main(folder: Path) -> int:
         return 1
     components = [component for bill in bills for component in bill["components"]]
     rules = Rules.read()
-    found = sorted(wrong(components, rules))
+    found = [
+        *(f"{line}; see release/licences.toml" for line in sorted(wrong(components, rules))),
+        *(f"{name} has no LICENSE; write license-files in its pyproject.toml" for name in without_text(folder)),
+    ]
     for name in sorted(rules.inside.keys() & {full_name(component) for component in components}):
         print(f"note: {name}: {rules.inside[name]}.")
-    print(
-        *(f"{line}; see release/licences.toml" for line in found), sep="\n", end="\n" if found else "", file=sys.stderr
-    )
+    print(*found, sep="\n", end="\n" if found else "", file=sys.stderr)
     print(f"licences of {len(components)} packages: {f'{len(found)} wrong' if found else 'all allowed or excepted'}")
     return int(bool(found))
 

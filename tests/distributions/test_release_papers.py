@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import tarfile
+import tomllib
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, distribution
@@ -15,8 +18,8 @@ import pytest
 from release import checksums, notes
 from release.audit import of_dashboard, of_python
 from release.bill_of_materials import FOLDER, shipped
-from release.licences import Rules, full_name, is_allowed, wrong
-from release.requirements import LOCKS, PROJECTS, normal, read
+from release.licences import Rules, full_name, is_allowed, without_text, wrong
+from release.requirements import LOCKS, PROJECTS, ROOT, normal, read
 from release.sizes import BUDGETS, too_large
 
 RULES = Rules(
@@ -86,6 +89,27 @@ def test_a_licence_that_was_found_in_the_files_of_a_package_stands_for_what_it_d
 def test_our_react_is_not_facebooks() -> None:
     assert full_name({"name": "react", "purl": "pkg:npm/%40mosaic/react@0.1.0"}) == "@mosaic/react"
     assert full_name({"name": "react", "purl": "pkg:npm/react@19.3.1"}) == "react"
+
+
+@pytest.mark.parametrize("project", PROJECTS, ids=lambda project: project.name)
+def test_each_distribution_carries_the_text_of_its_licence(project: Path) -> None:
+    assert (project / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
+    said = tomllib.loads((project / "pyproject.toml").read_text())["project"]
+    assert (said["license"], said["license-files"]) == ("Apache-2.0", ["LICENSE"])
+
+
+def test_what_is_built_without_the_text_of_its_licence_is_told(tmp_path: Path) -> None:
+    for name, inside in (
+        ("good-1-py3-none-any.whl", "good-1.dist-info/licenses/LICENSE"),
+        ("bad-1-py3-none-any.whl", "bad/LICENSES.py"),
+    ):
+        with zipfile.ZipFile(tmp_path / name, "w") as wheel:
+            wheel.writestr(inside, "text")
+    for name, inside in (("good-1.tar.gz", "good-1/LICENSE"), ("bad-1.tar.gz", "bad-1/README.md")):
+        with tarfile.open(tmp_path / name, "w:gz") as sources:
+            sources.addfile(tarfile.TarInfo(inside))
+    (tmp_path / "SHA256SUMS").write_text("")
+    assert list(without_text(tmp_path)) == ["bad-1-py3-none-any.whl", "bad-1.tar.gz"]
 
 
 def test_every_exception_of_ours_has_its_reason() -> None:
