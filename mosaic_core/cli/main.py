@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 from mosaic_core import __version__
 from mosaic_core.cli.later_command import HELP_OPTIONS, LaterCommand, PluginCommand, spare_pydantic
 from mosaic_core.cli.terminal.error_report import FAILED, exit_code_of, report
+from mosaic_core.cli.terminal.threads_left import ended_without_threads
 from mosaic_core.words.errors import MosaicError
 
 COMMANDS = (
@@ -91,8 +92,15 @@ def mosaic(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The console script: runs a command and exits."""
-    words = sys.argv[1:] if arguments is None else list(arguments)
+    """The console script: runs a command and exits. With ``arguments`` another program runs it, whose threads are its
+    own."""
+    if arguments is not None:
+        return _run(list(arguments))
+    with ended_without_threads():
+        return _run(sys.argv[1:])
+
+
+def _run(words: list[str]) -> None:
     try:
         app(args=words, prog_name="mosaic", obj=words)
     except MosaicError as error:
