@@ -28,6 +28,10 @@ KNOWN_UNITS = frozenset((
 """What a declared unit may be: those of SI, and those that robots and their devices are measured in."""
 
 
+PLACES = frozenset({"m", "mm", "cm", "µm", "km", "rad", "°", "deg", "steps", "ticks", "counts"})
+"""The units of places, of which 0 is one like any other: what is given in them is hardly a velocity."""
+
+
 def unit_of(name: str, field: Mapping[str, Any]) -> str:
     """The declared unit, or the one that the name ends with."""
     if "unit" in field:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
+from mosaic_core.contract.message_schema import nodes_on
 from mosaic_core.machines.commands.gates import WrongShape
 from mosaic_core.machines.commands.number_list import NumberList
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
-from mosaic_core.runtime.commands.message_schema import nodes_on
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.commands.reported_position import ReportedPosition
 from mosaic_core.runtime.commands.unsaid_bounds import UnsaidBounds

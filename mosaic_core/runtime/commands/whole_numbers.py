@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from typing import Any, TypeAlias
+from typing import Any
 
+from mosaic_core.contract.message_schema import alternatives_of, nodes_on
 from mosaic_core.machines.commands.message_numbers import put, value_at
 from mosaic_core.machines.commands.number_list import NumberList
-from mosaic_core.runtime.commands.message_schema import alternatives_of, nodes_on
-
-Path: TypeAlias = tuple[str, ...]
 
 
 class WholeNumbers:
@@ -44,7 +42,7 @@ class WholeNumbers:
         return shaped
 
 
-def _is_whole(schema: Mapping[str, Any], path: Path) -> bool:
+def _is_whole(schema: Mapping[str, Any], path: tuple[str, ...]) -> bool:
     """Whether it is an integer, or a list of such, and no fraction as well."""
     *_, node = nodes_on(schema, path)
     kinds = {one.get("type") for one in alternatives_of(schema, node)}

@@ -10,7 +10,9 @@ from typing import Any
 from mosaic_core.contract.field_kinds import cure_of_kind, kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
+from mosaic_core.contract.message_schema import unit_at
 from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.contract.units import PLACES
 from mosaic_core.machines.commands.number_list import EVERY
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -119,6 +121,10 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
             message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
             yield field, _limit_problem(one, handler, message, field, "kind", cure=cure_of_kind(own))
             bounds = bounds.model_copy(update={"kind": None})
+        if own is None and bounds.kind is None and (unit := unit_at(fields.message_type, field)) in PLACES:
+            message = f"'{field}' of connector '{label}' is in {unit}: is it a place? As a velocity it would begin at 0"
+            yield field, _limit_problem(one, handler, message, field, cure=_KIND_CURE)
+            bounds = bounds.model_copy(update={"kind": "position", "max_rise_per_s": None, "max_fall_per_s": None})
         kind = own or kind_of(field, bounds, fields, handler.motion_fields, handler.position_fields)
         wrongs, limit = _sound_limit(field, bounds, kind)
         for wrong in wrongs:
@@ -130,6 +136,9 @@ def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) 
     for field, message in clashes((*one.safety.field_limits(), *found)):
         cure = "write limits that can be kept together"
         yield field, _limit_problem(one, handler, f"connector '{label}': {message}", field, cure=cure)
+
+
+_KIND_CURE = "write `kind: position` with max_rate_per_s, or `kind: velocity` if 0 is its standstill"
 
 
 def _half_of_the_class(

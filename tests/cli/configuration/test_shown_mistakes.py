@@ -55,12 +55,12 @@ def handler(body: str) -> str:
         (
             handler("super().__init__(label); self.kind = 'servo'"),
             0,
-            "can't be made: Own: it sets kind, which is the framework's own.",
+            "can't be made: Own: it sets kind, which is read of its class.",
         ),
         (
             handler("super().__init__(label); self.data_type = 'json'"),
             0,
-            "can't be made: Own: it sets data_type, which is the framework's own.",
+            "can't be made: Own: it sets data_type, which is read of its class.",
         ),
     ],
     ids=["none", "class", "exit", "twins", "no super", "widget", "kind", "data type"],

@@ -6,10 +6,11 @@ import asyncio
 from typing import Any, ClassVar
 
 import pytest
+from pydantic import Field
 
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Message, NoParams
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Message, NoParams, unit
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.testing import connector, joined
+from mosaic_core.testing import build, connector, joined
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_core.words.limits import NO_SLOW_DOWN, FieldLimit
@@ -212,3 +213,46 @@ def test_a_limit_of_the_file_that_bounds_nothing_is_refused_as_one_of_a_class_is
     assert problem.message == "the limit of 'angle' of connector 'a' bounds nothing"
     assert problem.cure == "write min, max or a rate, or remove it"
     assert problem.path.endswith("safety.limits.angle")
+
+
+class Placed(Message):
+    angle_rad: float = 0.0
+    reach: float = Field(default=0.0, json_schema_extra=unit("mm"))
+    speed_mps: float = 0.0
+
+
+class Crane(DataChannelReceivable[Placed]):
+    """Says of no number whether it is a place."""
+
+    def handle_data(self, data: Placed) -> None:
+        """Takes everything."""
+
+
+class CraneConfigurer(BlindConfigurer):
+    connector_type = "crane"
+
+    def configure(self) -> Crane:  # type: ignore[override]
+        return Crane(self.label)
+
+
+@pytest.mark.parametrize(("field", "told"), [("angle_rad", "rad"), ("reach", "mm")])
+def test_what_is_given_in_the_unit_of_a_place_is_not_limited_as_a_velocity_by_default(field: str, told: str) -> None:
+    (problem,) = problems_of(CraneConfigurer, {"limits": {field: {"min": -1, "max": 1, "max_rise_per_s": 0.5}}})
+    assert problem.message == (
+        f"'{field}' of connector 'a' is in {told}: is it a place? As a velocity it would begin at 0"
+    )
+    assert problem.cure == "write `kind: position` with max_rate_per_s, or `kind: velocity` if 0 is its standstill"
+
+
+@pytest.mark.parametrize(
+    ("field", "bounds"),
+    [
+        ("angle_rad", {"max": 1, "kind": "position"}),
+        ("reach", {"max": 1, "max_fall_per_s": 0.5, "kind": "velocity"}),
+        ("speed_mps", {"max": 1, "max_fall_per_s": 0.5}),
+    ],
+)
+def test_a_kind_that_is_said_and_a_velocity_are_limited(field: str, bounds: dict[str, Any]) -> None:
+    crane = build(CraneConfigurer, safety={"limits": {field: bounds}})
+    (limit,) = ReceiverSafety.of(SafetyConfig.model_validate({"limits": {field: bounds}}), crane).limits
+    assert limit.kind == bounds.get("kind", "velocity")

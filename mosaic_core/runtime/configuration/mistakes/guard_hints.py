@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import is_bound, may_lack
+from mosaic_core.contract.message_schema import unit_at
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -30,6 +32,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         yield from _on_the_loop(one, handler)
         yield from _unasked(one, handler)
         yield from _unbounded(one, handler)
+        yield from _in_degrees(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
@@ -52,6 +55,17 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         if message_type in (str, bytes):
             cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
         yield one.problem(message, "safety", cure=cure)
+
+
+def _in_degrees(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """Angles in radians that are bounded far beyond two turns: degrees are meant, and bound nothing."""
+    for field, bounds in bounds_of(handler, one.safety).items():
+        far = max((abs(end) for end in (bounds.min, bounds.max) if end is not None), default=0.0)
+        if far > 2 * math.tau and unit_at(message_type_of(type(handler)), field) == "rad":
+            message = f"connector '{one.config.label}': {far:g} rad of '{field}' are {far / math.tau:.1f} turns"
+            cure = f"are degrees meant? {far:g}° are {math.radians(far):.4g} rad"
+            place = ("safety", "limits", field) if field in one.safety.limits else ("safety",)
+            yield one.problem(message, *place, cure=cure)
 
 
 def acts_on_the_loop(handler: DataChannelReceivable[Any]) -> bool:

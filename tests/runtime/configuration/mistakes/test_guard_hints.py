@@ -319,3 +319,31 @@ def test_a_limited_number_that_a_message_may_leave_out_is_told(handler: Any, lim
 )
 def test_one_that_is_known_where_it_is_left_out_is_not(limits: dict[str, FieldBounds]) -> None:
     assert not unbounded(Pushes, **limits)
+
+
+class Turn(Message):
+    angle: float = Field(default=0.0, json_schema_extra=unit("rad"))
+    reach_m: float = 0.0
+
+
+class Turns(DataChannelReceivable[Turn]):
+    timeout_s = 0.5
+    position_fields: ClassVar[tuple[str, ...]] = ("angle", "reach_m")
+
+    def make_safe(self, cause: str) -> None:
+        """It holds."""
+
+
+@pytest.mark.parametrize(
+    ("limits", "cure"),
+    [
+        ({"angle": FieldBounds(min=-90, max=45)}, "are degrees meant? 90° are 1.571 rad"),
+        ({"angle": FieldBounds(min=-1.57, max=12.5)}, None),
+        ({"reach_m": FieldBounds(min=-90, max=90)}, None),
+    ],
+)
+def test_radians_beyond_two_turns_look_like_degrees(limits: dict[str, FieldBounds], cure: str | None) -> None:
+    one: Any = Place(limits=limits)
+    hints = [hint for hint in guard_hints(one, (Turns("it"),)) if "turns" in hint.message]
+    assert [hint.cure for hint in hints] == ([cure] if cure else [])
+    assert all(hint.message == "connector 'it': 90 rad of 'angle' are 14.3 turns" for hint in hints)

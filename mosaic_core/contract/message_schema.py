@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
+from mosaic_core.contract.units import unit_of
+
 _MAX_DEPTH = 32
 
 
@@ -25,6 +29,16 @@ def alternatives_of(schema: Mapping[str, Any], node: Mapping[str, Any], depth: i
     for name in ("allOf", "anyOf", "oneOf"):
         for one in node.get(name, ()):
             yield from alternatives_of(schema, one, depth + 1)
+
+
+def unit_at(message_type: Any, field: str) -> str:
+    """The unit of a number of these messages, by its dotted path, or of the list that it stands in; empty where nobody
+    says it."""
+    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+        return ""
+    path, nodes = field.split("."), nodes_on(message_type.model_json_schema(), tuple(field.split(".")))
+    said = [unit_of(name, node) for name, node in zip(path, nodes, strict=True)]
+    return next((unit for unit in reversed(said) if unit), "")
 
 
 def nodes_on(schema: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[Mapping[str, Any]]:
