@@ -20,6 +20,8 @@ from typing import Any, TypeAlias
 
 from mosaic_core.words.finding import Finding
 
+__all__ = ["Check", "CheckContext", "NamedConnector"]
+
 CHECKS_GROUP = "mosaic.doctor"
 
 
@@ -47,3 +49,4 @@ class CheckContext:
 
 
 Check: TypeAlias = Callable[[CheckContext], AsyncIterator[Finding]]
+"""The object that the entry point names."""

@@ -10,6 +10,8 @@ from pydantic import Field
 from mosaic_core.words.codes import reason
 from mosaic_core.words.wire_model import WireModel
 
+__all__ = ["Finding", "failed", "passed", "skipped", "warned"]
+
 Status = Literal["ok", "warn", "fail", "skipped"]
 
 LAST_CURE = "Look into the robot's log for what came before."

@@ -12,6 +12,7 @@ import pytest
 
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.machines.timing.failure_course import ABSENCE_POLICY, ERROR_POLICY
+from mosaic_core.runtime.configuration.mistakes.hook_slips import HOOKS
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = DOCS / "howto" / "hooks.md"
@@ -27,6 +28,11 @@ async def test_the_plugin_of_the_page_passes_the_test_of_the_page(
         exec(compile(text, PAGE.name, "exec", dont_inherit=True), module.__dict__)  # noqa: S102 - our own documentation
     await modules[1].test_the_diary_tells_who_came_and_what_failed(tmp_path)
     assert not any(one.name == "acme-diary" for one in threading.enumerate())
+
+
+def test_every_hook_says_what_it_is_called_for() -> None:
+    assert HOOKS
+    assert [name for name, hook in HOOKS.items() if not (hook.__doc__ or "").strip()] == []
 
 
 @pytest.mark.parametrize(("policy", "row"), [(ABSENCE_POLICY, "`DeviceGone`"), (ERROR_POLICY, "any other exception")])

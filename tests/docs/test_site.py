@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from support.built_site import built_site
+from support.page_blocks import blocks
 
 ROOT = Path(__file__).parents[2]
 PUBLIC = {
@@ -19,6 +20,9 @@ PUBLIC = {
     "mosaic_core.messages": "python-messages",
     "mosaic_core.operator": "python-operator",
     "mosaic_core.testing": "python-testing",
+    "mosaic_core.contract.checks": "python-checks",
+    "mosaic_core.words.finding": "python-checks",
+    "mosaic_core.runtime.configuration.hook_calls": "python-checks",
     "mosaic_cmdvel": "python-plugins",
     "mosaic_depth": "python-plugins",
     "mosaic_sensors.laser_scan": "python-plugins",
@@ -97,6 +101,34 @@ def test_every_public_name_is_on_its_page(site: Path) -> None:
         text = (site / "reference" / page / "index.html").read_text()
         headings = set(re.findall(r'id="([\w.]+)"', text))
         assert {f"{module}.{name}" for name in importlib.import_module(module).__all__} <= headings
+
+
+@pytest.mark.parametrize("page", sorted({one.page for one in blocks("python")}))
+def test_what_a_page_imports_from_us_is_in_the_reference(page: str) -> None:
+    assert [name for one in blocks("python") if one.page == page for name in not_public(one.text)] == []
+
+
+def test_an_import_of_what_is_not_in_the_reference_is_found() -> None:
+    text = "import mosaic_core.words.limits\nfrom mosaic_core.contract.checks import Check, CHECKS_GROUP\n"
+    assert list(not_public(text)) == ["mosaic_core.words.limits", "mosaic_core.contract.checks.CHECKS_GROUP"]
+
+
+def not_public(text: str) -> Iterator[str]:
+    """What of ours a block imports, and no page of the reference describes."""
+    pages = "".join(path.read_text() for path in (ROOT / "docs/reference").glob("*.md"))
+    described = set(re.findall(r"^::: (\S+)$", pages, re.MULTILINE))
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            yield from (one.name for one in node.names if is_ours(one.name) and one.name not in described)
+        elif isinstance(node, ast.ImportFrom) and is_ours(node.module or ""):
+            names = [one.name for one in node.names]
+            module = importlib.import_module(node.module or "") if node.module in described else None
+            public = getattr(module, "__all__", vars(module) if module else ())
+            yield from (f"{node.module}.{name}" for name in names if name not in public)
+
+
+def is_ours(module: str) -> bool:
+    return module.startswith("mosaic_core")
 
 
 def test_a_page_that_a_clone_can_not_show_names_the_command_that_builds_it() -> None:

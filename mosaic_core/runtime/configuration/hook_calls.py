@@ -13,6 +13,8 @@ from mosaic_core.contract import hooks
 from mosaic_core.runtime.configuration.mistakes.hook_slips import hook_slips
 from mosaic_core.runtime.threads.code_places import explained_error
 
+__all__ = ["HookPlugins", "call_hook", "hook_plugins"]
+
 logger = logging.getLogger(__name__)
 
 GROUP = "mosaic.plugins"
