@@ -201,7 +201,7 @@ def _first_line(source: str, name: str) -> str:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
         return ""
-    for node in tree.body:
+    for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef) and node.name == name:
             return (ast.get_docstring(node) or "").partition("\n")[0]
     return ""

@@ -12,9 +12,10 @@ import logging
 import re
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint
+from itertools import islice
 from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
@@ -24,6 +25,11 @@ from mosaic_core.words.errors import CodeLine, MosaicError, Problem, nearest
 
 FOLDER = "connectors"
 _CONFIGURERS = {"Configurer", "DataChannelConfigurer", "MediaTrackConfigurer"}
+
+_NO_CODE = frozenset({"tests", "test", "venv", "site-packages", "node_modules"})
+"""Folders in which nobody means a connector of a robot."""
+_MANY_FILES = 200
+"""As many are read in folders of the folder."""
 
 _TYPE = re.compile(r"""^[ \t]+connector_type\s*(?::[^=\n]*)?=\s*["']([^"'\n]+)["']""", re.MULTILINE)
 """In a file that can't be parsed."""
@@ -115,6 +121,7 @@ def connectors_beside(config: Path, *, refusal: str = "") -> LocalConnectors:
     """
     folder = config.resolve().parent / FOLDER
     found = connectors_in(*sorted(folder.glob("*.py")))
+    found = replace(found, problems=(*found.problems, *_too_deep(folder)))
     return replace(found, refusal=refusal or doubt_about(folder, config)) if found.connectors else found
 
 
@@ -140,14 +147,49 @@ def _found_in(file: Path) -> Iterator[LocalConnector | Problem]:
         for found in _TYPE.finditer(text):
             yield LocalConnector(found[1], file, text.count("\n", 0, found.start(1)) + 1, "", unreadable)
         return
-    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    classes = list({node.name: node for node in reversed([*_classes_of(tree.body)])}.values())[::-1]
     inherited = {_name(base) for node in classes for base in node.bases}
+    yield from _out_of_reach(file, tree, classes)
     for node in classes:
         named = _type_of(node)
         if named is not None:
             yield _connector(file, node, named)
         elif node.name not in inherited and _CONFIGURERS & {_name(base) for base in node.bases}:
             yield _untyped(file, node)
+
+
+def _classes_of(statements: Iterable[ast.AST]) -> Iterator[ast.ClassDef]:
+    """The classes of a module, also those that stand in an ``if``, a ``try`` or a ``with``."""
+    for node in statements:
+        if isinstance(node, ast.ClassDef):
+            yield node
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.expr):
+            yield from _classes_of(ast.iter_child_nodes(node))
+
+
+def _out_of_reach(file: Path, tree: ast.Module, found: Sequence[ast.ClassDef]) -> Iterator[Problem]:
+    """Configurers that stand inside a function or a class, where nobody looks for them."""
+    for node in ast.walk(tree):
+        is_meant = isinstance(node, ast.ClassDef) and _type_of(node) and _CONFIGURERS & {*map(_name, node.bases)}
+        if isinstance(node, ast.ClassDef) and is_meant and node.name not in {one.name for one in found}:
+            message = f"{node.name} stands inside a function or a class, where no connector is found"
+            yield _problem(file, node.lineno, message, "write it at the left margin of the file")
+
+
+def _too_deep(folder: Path) -> Iterator[Problem]:
+    """Connectors in folders of the folder, where nobody looks for them."""
+    inner = (file for file in sorted(folder.glob("*/**/*.py")) if not _is_elsewhere(file.relative_to(folder)))
+    for file in islice(inner, _MANY_FILES):
+        for one in connectors_in(file).connectors:
+            message = f"the connector type '{one.type}' stands in a folder of {FOLDER}/, where none is found"
+            yield _problem(
+                file, one.line, message, f"move the file into {FOLDER}/ itself, or remove its connector_type"
+            )
+
+
+def _is_elsewhere(file: Path) -> bool:
+    """Whether a file is of an environment or of tests."""
+    return any(part.startswith((".", "__")) or part in _NO_CODE for part in file.parts[:-1])
 
 
 def _untyped(file: Path, node: ast.ClassDef) -> Problem:

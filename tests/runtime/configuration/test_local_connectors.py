@@ -180,6 +180,55 @@ def test_a_file_that_does_not_import_is_told_with_line_and_cause_and_hinders_no_
     assert known.resolve("arm").connector_type == "arm"
 
 
+INDENTED = CONFIGURER.format(name="Arm", type="arm").strip().replace("\n", "\n    ")
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        f"import sys\nif sys:\n    {INDENTED}",
+        f"try:\n    {INDENTED}\nexcept ImportError:\n    pass",
+        f"try:\n    import nowhere_at_all\nexcept ImportError:\n    {INDENTED}\nelse:\n    {INDENTED}",
+    ],
+    ids=["if", "try", "else"],
+)
+def test_a_configurer_in_a_branch_of_its_module_is_found(
+    resolver: Callable[..., ConnectorResolver], source: str
+) -> None:
+    known = resolver(arm=source)
+    assert [one.type for one in known.types()] == ["arm"]
+    assert known.resolve("arm").connector_type == "arm"
+    assert known.local.problems == ()
+
+
+def test_a_configurer_in_a_branch_that_is_not_taken_is_told_when_it_is_used(
+    resolver: Callable[..., ConnectorResolver],
+) -> None:
+    with pytest.raises(PluginError, match=r"connectors/arm\.py can't be used: .*arm\.py: .* has no attribute 'Arm'"):
+        resolver(arm=f"if False:\n    {INDENTED}").resolve("arm")
+
+
+def test_a_configurer_inside_a_function_is_told(beside: Callable[..., LocalConnectors], config: Path) -> None:
+    found = beside(arm=f"def make():\n    {INDENTED}\n    return Arm")
+    assert found.connectors == ()
+    assert [str(one) for one in found.problems] == [
+        f"{config.parent}/connectors/arm.py:3: Arm stands inside a function or a class, where no connector is found "
+        "(write it at the left margin of the file)"
+    ]
+
+
+def test_a_connector_in_a_folder_of_the_folder_is_told(beside: Callable[..., LocalConnectors], config: Path) -> None:
+    for name in ("sub/deep", "tests", ".venv/lib", "driver"):
+        (config.parent / "connectors" / name).mkdir(parents=True)
+        (config.parent / "connectors" / name / "hand.py").write_text("PORT = 1" if name == "driver" else ARM)
+    found = beside(arm=ARM)
+    assert [one.type for one in found.connectors] == ["arm"]
+    assert [str(one) for one in found.problems] == [
+        f"{config.parent}/connectors/sub/deep/hand.py:25: the connector type 'arm' stands in a folder of connectors/, "
+        "where none is found (move the file into connectors/ itself, or remove its connector_type)"
+    ]
+
+
 def test_a_class_that_is_no_configurer_is_told(resolver: Callable[..., ConnectorResolver]) -> None:
     with pytest.raises(PluginError, match=r"lamp\.py can't be used: Lamp, line 1, is not a Configurer class"):
         resolver(lamp="class Lamp:\n    connector_type = 'lamp'").resolve("lamp")
