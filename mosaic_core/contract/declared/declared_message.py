@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel, PydanticUserError, ValidationError
-from pydantic_core import PydanticSerializationError
+from pydantic_core import ErrorDetails, PydanticSerializationError
 
 from mosaic_core.contract.declared.json_values import encoded, odd_part
 from mosaic_core.contract.declared.nested_models import names_of
@@ -27,6 +27,10 @@ JsonMessage: TypeAlias = "BaseModel | Mapping[str, Any] | list[Any]"
 _BYTES = (bytes, bytearray, memoryview)
 _JSON = (dict, list, tuple, BaseModel, Mapping)
 _CONTRACT = str(Path(__file__).parents[1])
+_SPELT_OTHERWISE = frozenset(
+    f"{one}_type" for one in ("tuple", "set", "frozen_set", "bytes", "datetime", "date", "time", "time_delta")
+)
+"""What JSON has as a list or as text, and a strict look at it, behind a validator of its model, takes for wrong."""
 MAX_TOLD = 64
 """Fields of one class that the log names; keys of mappings may be without number."""
 
@@ -70,12 +74,14 @@ class DeclaredMessage:
 
     def _validate(self, value: Any, plain: Any, model: type[BaseModel]) -> None:
         """Of what goes out: a number as text would stay text."""
-        try:
-            model.model_validate_json(to_json(plain), strict=True, by_alias=True, by_name=True)
-        except ValidationError as error:
-            mistakes = error.errors(include_url=False, include_input=False, include_context=False)[:4]
-            fields = (f"{'.'.join(map(str, one['loc'])) or 'message'}: {one['msg']}" for one in mistakes)
-            raise self._wrong(value, "; ".join(fields)) from None
+        text = to_json(plain)
+        mistakes = _mistakes(model, text, strict=True)
+        if mistakes and all(one["type"] in _SPELT_OTHERWISE for one in mistakes):
+            mistakes = _mistakes(model, text, strict=False)
+        told = [one for one in mistakes if one["type"] not in _SPELT_OTHERWISE] or mistakes
+        if told:
+            fields = (f"{'.'.join(map(str, one['loc'])) or 'message'}: {one['msg']}" for one in told[:4])
+            raise self._wrong(value, "; ".join(fields))
 
     def json_of(self, value: JsonMessage, label: str) -> bytes | None:
         """JSON, with null for numbers that are not finite where the class declares that they may be absent. ``None``,
@@ -164,6 +170,14 @@ def _plain(value: JsonMessage) -> tuple[Any, bool]:
         return value.model_dump(mode="json", warnings="error"), True
     except PydanticSerializationError:
         return value.model_dump(mode="json", warnings=False), False
+
+
+def _mistakes(model: type[BaseModel], text: str, *, strict: bool) -> list[ErrorDetails]:
+    try:
+        model.model_validate_json(text, strict=strict, by_alias=True, by_name=True)
+    except ValidationError as error:
+        return error.errors(include_url=False, include_input=False, include_context=False)
+    return []
 
 
 def _is_model(declared: Any) -> bool:

@@ -63,5 +63,6 @@ def _with_float(value: Any, loc: tuple[int | str, ...]) -> Any:
     if isinstance(value, Mapping) and loc[0] in value:
         return {**value, loc[0]: _with_float(value[loc[0]], loc[1:])}
     if isinstance(value, list | tuple) and isinstance(loc[0], int):
-        return [_with_float(one, loc[1:]) if index == loc[0] else one for index, one in enumerate(value)]
+        items = (_with_float(one, loc[1:]) if index == loc[0] else one for index, one in enumerate(value))
+        return tuple(items) if isinstance(value, tuple) else [*items]
     return math.nan

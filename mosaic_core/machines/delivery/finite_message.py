@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
+Alternatives: TypeAlias = "list[Mapping[str, Any]]"
 _MAX_DEPTH = 32
 """What is nested more deeply is left as it is; JSON refuses it."""
 
@@ -42,8 +43,9 @@ class _Walk:
                 for key, one in value.items()
             }
         if isinstance(value, list | tuple):
-            inner = [*self._of_items(schemas)]
-            return [self.nulled(one, inner, f"{path}[]", depth + 1) for one in value]
+            places, rest = self._of_items(schemas)
+            inner = (places[index] if index < len(places) else rest for index in range(len(value)))
+            return [self.nulled(one, its, f"{path}[]", depth + 1) for one, its in zip(value, inner, strict=True)]
         return value
 
     def _alternatives(self, schema: Mapping[str, Any], depth: int = 0) -> Iterator[Mapping[str, Any]]:
@@ -65,11 +67,18 @@ class _Walk:
                 if isinstance(inner, Mapping):
                     yield inner
 
-    def _of_items(self, schemas: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
-        for schema in schemas:
-            for one in self._alternatives(schema):
-                inner = (one.get("items"), *one.get("prefixItems", ()))
-                yield from (item for item in inner if isinstance(item, Mapping))
+    def _of_items(self, schemas: Sequence[Mapping[str, Any]]) -> tuple[list[Alternatives], Alternatives]:
+        """Of each place of a tuple that has one of its own, and of every other item."""
+        places: list[Alternatives] = []
+        rest: Alternatives = []
+        for one in (its for schema in schemas for its in self._alternatives(schema)):
+            own = one.get("prefixItems", ())
+            places += ([] for _ in own[len(places) :])
+            for at_place, item in zip(places, own, strict=False):
+                at_place.append(item)
+            if isinstance(one.get("items"), Mapping):
+                rest.append(one["items"])
+        return places, rest
 
 
 _NOTHING: Mapping[str, Any] = {"type": "nothing"}

@@ -355,3 +355,56 @@ def test_what_json_does_not_know_is_told_with_line_field_and_cure(value: Any, to
         collect(Lidar(value), 1)
     assert caught.value.code == "plugin.wrong_message"
     assert caught.value.message.startswith(f"Lidar ({__file__}:{line}) sends ")
+
+
+class Stretch(Message):
+    span: tuple[float, float | None]
+    at: datetime | None = None
+    marks: set[int] = Field(default_factory=set)
+    path: tuple[float, ...] = ()
+
+
+class Stretches(DataChannelSendable[Stretch]):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("value", "sent"),
+    [
+        (Stretch(span=(1.0, math.nan)), {"span": [1.0, None]}),
+        ({"span": (1.0, math.nan)}, {"span": [1.0, None]}),
+        ({"span": [1.0, None], "at": "2026-01-01T00:00:00Z"}, {"span": [1.0, None], "at": "2026-01-01T00:00:00Z"}),
+    ],
+)
+def test_what_json_spells_as_a_list_or_as_text_is_sent_and_null_where_it_may_be(value: Any, sent: Any) -> None:
+    stretches = Stretches("stretch")
+    fake_host(stretches)
+    assert stretches.send(value)
+    (found,) = sent_by(stretches)
+    assert {key: found[key] for key in sent} == sent
+
+
+def test_a_place_of_a_tuple_that_is_never_absent_refuses_the_message(caplog: pytest.LogCaptureFixture) -> None:
+    stretches = Stretches("stretch")
+    assert not stretches.send(Stretch(span=(math.nan, 1.0)))
+    assert "sends 'span[]', which is no finite number and not declared as `float | None`" in caplog.text
+    assert sent_by(stretches) == []
+
+
+@pytest.mark.parametrize(
+    ("value", "what"),
+    [
+        ({"span": [1.0]}, "span.1: Field required"),
+        ({"span": "12"}, "span: Input should be a valid array"),
+        ({"span": [1.0, 2.0], "at": "yesterday"}, "at: Input should be a valid datetime"),
+        ({"span": [1.0, 2.0], "path": [], "marks": ["a"]}, "marks.0: Input should be a valid integer"),
+        ({"span": 1, "marks": "x"}, "span: Input should be a valid array; marks: Input should be a valid array"),
+    ],
+)
+def test_what_is_none_of_these_is_told(value: Any, what: str) -> None:
+    class Others(DataChannelSendable[Stretch]):
+        """Of no known shape."""
+
+    with pytest.raises(MosaicError) as told:
+        Others("stretch").send(value)
+    assert what in told.value.message

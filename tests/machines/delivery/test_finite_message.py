@@ -73,3 +73,12 @@ def test_whatever_is_sent_the_rest_is_json_and_finite_numbers_stay(value: Any, s
         assert refused or "null" in text
     else:
         assert (found, refused) == (value, ())
+
+
+def test_each_place_of_a_tuple_has_a_schema_of_its_own() -> None:
+    number, absent = {"type": "number"}, {"anyOf": [{"type": "number"}, {"type": "null"}]}
+    either = {"anyOf": [{"prefixItems": [number, absent], "items": number}, {"prefixItems": [number, number, absent]}]}
+    schema = {"properties": {"t": either}}
+    assert finite({"t": (1.0, math.nan, math.nan)}, schema) == ({"t": [1.0, None, None]}, ())
+    assert finite({"t": (math.nan, 1.0)}, schema) == ({"t": [None, 1.0]}, ("t[]",))
+    assert finite({"t": (1.0, 1.0, 1.0, math.nan)}, schema) == ({"t": [1.0, 1.0, 1.0, None]}, ("t[]",))
