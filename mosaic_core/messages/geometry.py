@@ -182,8 +182,8 @@ class OccupancyGrid(StandardMessage):
     shape_from: ClassVar[str] = "nav_msgs, its `info` and its data side by side"
     ros_type: ClassVar[str] = "nav_msgs/msg/OccupancyGrid"
     resolution: float = Field(gt=0, json_schema_extra=unit("m"), description="The side of a cell.")
-    width: int = Field(ge=0, description="Cells along x.")
-    height: int = Field(ge=0, description="Cells along y.")
+    width: int = Field(ge=1, description="Cells along x.")
+    height: int = Field(ge=1, description="Cells along y.")
     origin: Pose = Field(description="The corner of the first cell, and which way x and y go.")
     data: list[Annotated[int, Field(ge=-1, le=100)]] = Field(
         max_length=MAX_CELLS,

@@ -90,6 +90,8 @@ HERE = {"x": 0.0, "y": 0.0}
         ("mosaic/JointTarget@1", {"names": ["a"], "positions": ["1"]}, "positions.0"),
         ("mosaic/GripperTarget@1", {"position": float("nan")}, "position"),
         ("mosaic/GripperTarget@1", {"position": -0.1}, "position"),
+        ("mosaic/OccupancyGrid@1", GRID | {"width": 0, "data": []}, "width"),
+        ("mosaic/OccupancyGrid@1", GRID | {"height": 0, "data": []}, "height"),
         ("mosaic/OccupancyGrid@1", GRID | {"data": [0]}, "data has 1 cells for a width of 2 and a height of 2"),
         ("mosaic/OccupancyGrid@1", GRID | {"data": [0, 0, 0, 101]}, "data.3"),
         ("mosaic/Pose@1", {"position": {"x": 1.0}}, "position.y"),

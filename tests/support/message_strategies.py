@@ -60,7 +60,7 @@ def sticks(draw: st.DrawFn) -> m.Joy:
 
 @st.composite
 def grids(draw: st.DrawFn) -> m.OccupancyGrid:
-    width, height = draw(st.integers(0, 5)), draw(st.integers(0, 5))
+    width, height = draw(st.integers(1, 5)), draw(st.integers(1, 5))
     data = draw(st.lists(st.integers(-1, 100), min_size=width * height, max_size=width * height))
     return m.OccupancyGrid(resolution=0.05, width=width, height=height, origin=draw(poses), data=data)
 

@@ -79,4 +79,10 @@ describe('the table', () => {
     store.say({ percent: 3 })
     expect(screen.getByText('Not the state of joints')).toBeTruthy()
   })
+
+  test.each([{ names: [], positions: [] }, { name: [] }])('says of %j that there are none, which is no mistake', (message) => {
+    shown()
+    store.say(message)
+    expect(screen.getByText('No joints')).toBeTruthy()
+  })
 })

@@ -1,6 +1,7 @@
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
+import { isObject } from '../schema/jsonSchema'
 import { formatted } from '../schema/messageFields'
 import { jsonOf } from '../stores/decode'
 import { useLatest } from '../stores/useReceived'
@@ -15,6 +16,7 @@ export function Joints({ robotId, entry, store }: WidgetProps) {
   const decoded = latest === null ? null : jsonOf(latest.data)
   if (decoded === null) return <Notice tone="wait" title="No joints yet" />
   const joints = decoded.ok ? jointsOf(decoded.value) : null
+  if (joints === null && decoded.ok && isEmpty(decoded.value)) return <Notice tone="wait" title="No joints" />
   if (joints === null) return <Notice tone="bad" title="Not the state of joints">It has names, each once, and positions.</Notice>
   const has = (key: 'velocity' | 'effort') => joints.some((joint) => joint[key] !== null)
   const [hasVelocity, hasEffort] = [has('velocity'), has('effort')]
@@ -44,6 +46,12 @@ export function Joints({ robotId, entry, store }: WidgetProps) {
       </table>
     </div>
   )
+}
+
+/** Whether a message says that there are none. */
+function isEmpty(message: unknown): boolean {
+  const names = isObject(message) ? (message['names'] ?? message['name']) : null
+  return Array.isArray(names) && names.length === 0
 }
 
 const NO_RANGE: JointRange = { min: null, max: null }
