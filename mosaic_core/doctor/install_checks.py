@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import importlib.util
 from collections.abc import AsyncIterator, Iterable, Iterator
+from functools import partial
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 
 from mosaic_core import __version__
@@ -13,6 +13,7 @@ from mosaic_core.runtime.configuration.hook_calls import GROUP as HOOKS_GROUP
 from mosaic_core.runtime.configuration.hook_calls import HookPlugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.threads.code_places import explained_error
+from mosaic_core.runtime.threads.daemon_call import called_on_daemon
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.finding import Finding, failed, passed, skipped, warned
 
@@ -23,7 +24,7 @@ async def install_checks(resolver: ConnectorResolver) -> AsyncIterator[Finding]:
     """Imports every plugin, on a thread: a broken one may take its time to fail."""
     yield lockstep(distributions())
     yield _uvloop()
-    for finding in await asyncio.to_thread(_plugins, resolver):
+    for finding in await called_on_daemon(partial(_plugins, resolver), "doctor-install"):
         yield finding
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
-from pathlib import Path
 
 from mosaic_core.contract.checks import CHECKS_GROUP, Check, CheckContext
 from mosaic_core.doctor.board_checks import board_checks
 from mosaic_core.doctor.code_checks import code_checks
-from mosaic_core.doctor.config_checks import config_checks, device_checks, read_config
+from mosaic_core.doctor.config_checks import ConfigRead, config_checks, device_checks
 from mosaic_core.doctor.encoder_checks import encoder_checks
 from mosaic_core.doctor.examination import CheckRun
 from mosaic_core.doctor.ice_checks import address_checks, ice_checks, relays_of
@@ -22,6 +20,7 @@ from mosaic_core.doctor.peer_checks import loopback_checks, relay_trial_checks
 from mosaic_core.doctor.server_checks import ServerAddress, server_checks
 from mosaic_core.doctor.whole_checks import WholeWay, whole_checks
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.threads.daemon_call import called_on_daemon
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.finding import Finding, skipped
 
@@ -32,10 +31,11 @@ WHOLE_TIMEOUT_S = 36.0
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """The subject of an examination. ``server_url`` comes before the configuration's own; ``whole_way`` makes what a
-    connection through the server needs, from the configuration's server."""
+    """The subject of an examination. ``read``: the robot's YAML file, read before there is an event loop, as that
+    imports plugins. ``server_url`` comes before the configuration's own; ``whole_way`` makes what a connection through
+    the server needs, from the configuration's server."""
 
-    config: Path | None = None
+    read: ConfigRead | None = None
     server_url: str = ""
     only: frozenset[str] = frozenset()
     whole_way: Callable[[ServerConfig], WholeWay] | None = None
@@ -47,7 +47,7 @@ class Plan:
 
     def __init__(self, subject: Subject) -> None:
         self._only = subject.only
-        self._read = None if subject.config is None else read_config(subject.config, subject.resolver)
+        self._read = subject.read
         self._resolver = subject.resolver or ConnectorResolver()
         self._issued = IssuedIceServers()
         server = self._read.server if self._read else None
@@ -129,7 +129,7 @@ def _lazily(point: EntryPoint, context: CheckContext) -> Callable[[], AsyncItera
     """The plugin is imported within its check, so that one that can't be is a finding."""
 
     async def start() -> AsyncIterator[Finding]:
-        check: Check = await asyncio.to_thread(point.load)
+        check: Check = await called_on_daemon(point.load, f"doctor-{point.name}")
         async for finding in check(context):
             yield finding
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import inspect
-from collections.abc import AsyncIterator, Collection, Iterable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from mosaic_core.ladder.bronze_rules import BRONZE
@@ -25,12 +25,17 @@ SIDE_BY_SIDE = 4
 
 
 async def climb(
-    shipment: Shipment, up_to: LadderLevel = "gold", *, restarts: int = RESTARTS, only: Collection[str] = ()
+    shipment: Shipment,
+    up_to: LadderLevel = "gold",
+    *,
+    restarts: int = RESTARTS,
+    only: Collection[str] = (),
+    tell: Callable[[str], object] | None = None,
 ) -> AsyncIterator[RuleFinding]:
     """The findings of all rules up to ``up_to``, as they come: first about the distribution, then type by type.
 
     Runs the plugin's code in this process; what it raises where a rule expects nothing is a fault. ``only``: the names
-    of rules, all by default.
+    of rules, all by default. ``tell`` hears of an import that takes long, in place of the log.
     """
     within = [rule for rule in RULES if LEVELS.index(rule.level) <= LEVELS.index(up_to)]
     rules = [rule for rule in within if not only or rule.name in only]
@@ -38,7 +43,7 @@ async def climb(
         if isinstance(rule, ShipmentRule):
             yield await _finding(rule, shipment.name, shipment)
     with _older_things_set_aside():
-        examinees = [Examinee(shipment, one, restarts=restarts) for one in shipment.connectors()]
+        examinees = [Examinee(shipment, one, restarts=restarts, tell=tell) for one in shipment.connectors()]
         early = {rule.name: await _side_by_side(rule, examinees) for rule in rules if _mostly_waits(rule)}
         for number, examinee in enumerate(examinees):
             for rule in rules:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from importlib.metadata import EntryPoint
 from typing import Any, get_args
@@ -24,6 +24,7 @@ from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.handler_problems import named_in
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.errors import MosaicError
 
 LABEL = "examined"
@@ -31,12 +32,21 @@ _MAX_DEPTH = 8
 
 
 class Examinee:
-    """One connector type of a shipment. ``restarts``: how often a rule about restarts restarts it."""
+    """One connector type of a shipment. ``restarts``: how often a rule about restarts restarts it. ``tell``: as for
+    :func:`told_when_slow`."""
 
-    def __init__(self, shipment: Shipment, entry_point: EntryPoint, *, restarts: int = 100) -> None:
+    def __init__(
+        self,
+        shipment: Shipment,
+        entry_point: EntryPoint,
+        *,
+        restarts: int = 100,
+        tell: Callable[[str], object] | None = None,
+    ) -> None:
         self.shipment = shipment
         self.entry_point = entry_point
         self.restarts = restarts
+        self._tell = tell
 
     @property
     def connector_type(self) -> str:
@@ -48,7 +58,8 @@ class Examinee:
         if not self.entry_point.pattern.match(self.entry_point.value):
             return Fault(f"its entry point is '{self.entry_point.value}', which is no module:Class", self.entry_place)
         try:
-            loaded: object = self.entry_point.load()
+            with told_when_slow(f"the import of connector type '{self.connector_type}'", self._tell):
+                loaded: object = self.entry_point.load()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way
             place = place_of_error(error)
             if isinstance(error, MosaicError):  # what a class declares, told with its place and cure

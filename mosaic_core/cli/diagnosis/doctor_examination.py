@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from mosaic_core.cli.operator.operator_session import SignIn
 from mosaic_core.cli.robot.run_command import make_robot
 from mosaic_core.cli.terminal.error_report import FAILED, FINE, need_known, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+from mosaic_core.doctor.config_checks import read_config
 from mosaic_core.doctor.examination import Examined, Progress, examined
 from mosaic_core.doctor.plan import Plan, Subject
 from mosaic_core.doctor.server_checks import ServerAddress
@@ -28,6 +30,7 @@ from mosaic_core.machines.diagnosis.first_steps import first_steps
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.robot import Robot
+from mosaic_core.runtime.threads import slow_code
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, ServerConfig
 from mosaic_core.words.errors import whole_sentence
 from mosaic_core.words.finding import Finding, Status
@@ -47,7 +50,9 @@ def examine(
     set_up_logging(LogLevel.ERROR)
     if account is not None and config is None:
         usage("--with-server needs the robot's YAML file")
-    subject = Subject(config, server, frozenset(only), None if account is None else account.way, resolver)
+    logging.getLogger(slow_code.__name__).setLevel(logging.WARNING)  # whoever waits wants to know for what
+    read = None if config is None else read_config(config, resolver)  # before there is a loop that it would block
+    subject = Subject(read, server, frozenset(only), None if account is None else account.way, resolver)
     if as_json:
         result = run_event_loop(_run(subject))
         typer.echo(json_document(result))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import logging
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
@@ -43,12 +46,13 @@ def check_plugins(words: list[str], level: LadderLevel, *, as_json: bool, with_t
         async def findings(shipment: Shipment = shipment) -> list[RuleFinding]:
             found: list[RuleFinding] = []
             with Console(stderr=True).status(f"examining {shipment.name} …") as status:
-                async for finding in climb(shipment, level, restarts=restarts):
+                tell = partial(typer.echo, err=True)
+                async for finding in climb(shipment, level, restarts=restarts, tell=tell):
                     found.append(finding)
                     status.update(f"examining {shipment.name} … {finding.subject}: {finding.rule.name}")
             return found
 
-        with _quiet():
+        with _quiet(), _interrupted_at_once():
             found = asyncio.run(findings())
         are_there = are_there and is_reached(level, found)
         if as_json:
@@ -69,6 +73,21 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         logging.disable(before)
+
+
+@contextmanager
+def _interrupted_at_once() -> Iterator[None]:
+    """Let Ctrl-C end an import that hangs: asyncio's own handler would ask the event loop, which the import blocks.
+    Main thread."""
+
+    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _tell_json(shipment: Shipment, level: LadderLevel, found: list[RuleFinding]) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import logging
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from traceback import extract_stack
 
@@ -19,10 +19,10 @@ PATIENCE_S = 4.0
 
 
 @contextmanager
-def told_when_slow(what: str) -> Iterator[None]:
+def told_when_slow(what: str, tell: Callable[[str], object] | None = None) -> Iterator[None]:
     """Warn once if the code within takes longer than :data:`PATIENCE_S`. ``what`` begins a sentence: ``the import of
-    connector type 'x'``. Any thread."""
-    timer = threading.Timer(PATIENCE_S, _tell, (what, threading.get_ident()))
+    connector type 'x'``. ``tell`` is called in place of the log, on a thread of its own. Any thread."""
+    timer = threading.Timer(PATIENCE_S, _tell, (what, threading.get_ident(), tell or logger.warning))
     timer.daemon = True
     timer.start()
     try:
@@ -31,8 +31,8 @@ def told_when_slow(what: str) -> Iterator[None]:
         timer.cancel()
 
 
-def _tell(what: str, thread: int) -> None:
+def _tell(what: str, thread: int, tell: Callable[[str], object]) -> None:
     frame = sys._current_frames().get(thread)
     file, line = innermost_own(extract_stack(frame)) if frame is not None else ("", None)
     at = f", at {file}:{line}" if file else ""
-    logger.warning("%s goes on for %g s already%s; Ctrl-C ends the wait", what, PATIENCE_S, at)
+    tell(f"{what} goes on for {PATIENCE_S:g} s already{at}; Ctrl-C ends the wait")

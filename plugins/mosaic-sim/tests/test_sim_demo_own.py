@@ -312,3 +312,14 @@ def test_what_a_child_writes_is_told_line_by_line(tmp_path: Path) -> None:
     child.process.wait(10)
     assert child.new_lines() == ["one", "two"]
     assert child.new_lines() == []
+
+
+def test_an_import_that_never_ends_is_a_failure_of_the_plugin_by_name(
+    tmp_path: Path, lamp: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mosaic_sim.demo.robot_file.START_PATIENCE_S", 0.01)
+    failed = failure(tmp_path, lamp)
+    assert (failed.message, failed.cure) == (
+        "the import of acme-lamp 0.1.0 had not ended after 0.01 s",
+        "open devices in the bodies of handlers: what a module does at its top ends",
+    )

@@ -71,3 +71,16 @@ def test_an_error_that_wraps_another_one_is_placed_by_it(tmp_path: Path) -> None
         names["stop"]()
     error.__cause__ = caught.value
     assert raised_at(error) == (str(file), 2)
+
+
+def test_who_wants_to_tell_it_otherwise_does(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    done, told = threading.Event(), list[str]()
+    monkeypatch.setattr(slow_code, "PATIENCE_S", 0.01)
+
+    def tell(text: str) -> None:
+        told.append(text)
+        done.set()
+
+    with slow_code.told_when_slow("the import of 'x'", tell):
+        done.wait()
+    assert (told[0].startswith("the import of 'x' goes on for 0.01 s already"), caplog.records) == (True, [])

@@ -113,12 +113,19 @@ def _entries(
 
 
 def _trials(plugins: Sequence[OwnPlugin], python_path: str) -> Mapping[str, Any]:
-    """By type, in a process of its own, as it imports the plugins."""
+    """By type, in a process of its own, as it imports the plugins; an import that takes long is told on stderr."""
     command = [sys.executable, "-m", "mosaic_sim.demo.trial_program", *(one for its in plugins for one in its.types)]
     environment = {**os.environ, "PYTHONPATH": python_path}
-    done = subprocess.run(
-        command, env=environment, capture_output=True, text=True, check=False, timeout=START_PATIENCE_S
-    )
+    try:
+        done = subprocess.run(
+            command, env=environment, stdout=subprocess.PIPE, text=True, check=False, timeout=START_PATIENCE_S
+        )
+    except subprocess.TimeoutExpired:
+        names = ", ".join(one.source for one in plugins)
+        message = f"the import of {names} had not ended after {START_PATIENCE_S:g} s"
+        raise DemoFailed(
+            message, "open devices in the bodies of handlers: what a module does at its top ends"
+        ) from None
     try:
         return dict(json.loads(done.stdout.splitlines()[-1]))
     except (IndexError, ValueError, TypeError):

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from mosaic_core import MosaicError
+from mosaic_core.cli.terminal.threads_left import ended_without_threads
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
 
@@ -29,4 +30,5 @@ def trials_of(types: Iterable[str]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(trials_of(sys.argv[1:]), default=str))
+    with ended_without_threads():
+        print(json.dumps(trials_of(sys.argv[1:]), default=str))
