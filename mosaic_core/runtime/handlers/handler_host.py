@@ -7,7 +7,7 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from mosaic_core.contract.host import Loss
 from mosaic_core.contract.media_tap import TapCodec
@@ -44,6 +44,10 @@ class RuntimeHost:
         self._outbox = outbox
         self._own_labels = own_labels
         self.send, self.is_heard, self.offer = outbox.post, outbox.is_heard, media.offer
+        self.rests = False
+        """The body waits here, as long as it wants."""
+        self.rested_at_s = 0.0
+        """When it went on after the last time."""
         self._stop = threading.Event()
         self._stop_async = asyncio.Event()
 
@@ -74,14 +78,23 @@ class RuntimeHost:
         """Raises :class:`MosaicError` (``plugin.blocks_loop``) on the event loop's thread, which is everybody's."""
         if threading.get_ident() == self._loop_thread:
             raise _would_block()
-        return self._stop.wait(seconds)
+        with self._resting():
+            return self._stop.wait(seconds)
 
     async def wait_async(self, seconds: float) -> bool:
         if self._stop.is_set():
             return True
-        with contextlib.suppress(TimeoutError):
+        with contextlib.suppress(TimeoutError), self._resting():
             await asyncio.wait_for(self._stop_async.wait(), seconds)
         return self._stop.is_set()
+
+    @contextlib.contextmanager
+    def _resting(self) -> Iterator[None]:
+        self.rests = True
+        try:
+            yield
+        finally:
+            self.rested_at_s, self.rests = time.monotonic(), False
 
     async def stopped(self) -> None:
         """Waits until :meth:`stop`. Event loop."""

@@ -32,6 +32,7 @@ from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
 from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.handlers.routes import Route, data_routes, handlers_of, original_groups, tapped_channels
 from mosaic_core.runtime.handlers.runner import Runner
+from mosaic_core.runtime.handlers.still_cameras import StillCameras
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.media.talk_hub import TalkHub
@@ -92,6 +93,7 @@ class HandlerRuns:
         self._rows = ConnectorRows(
             self.routes, self.counters, self.outbox, self.media, self._runners, self._failures, self._losses
         )
+        self._still = StillCameras(self.media, self._runners, self.counters)
         for connector in connectors:
             self._add(connector)
         self._ordered(connectors)
@@ -273,6 +275,7 @@ class HandlerRuns:
     def start(self) -> None:
         self.safety.start()
         self._start(self._connectors)
+        self._still.start()
 
     def _start(self, connectors: Sequence[Connector]) -> None:
         for connector in connectors:
@@ -294,6 +297,7 @@ class HandlerRuns:
 
     async def close(self) -> None:
         """Commands first, then what moves, then the rest."""
+        self._still.close()
         receivers = self._receivers()
         for receiver in receivers:
             receiver.close()

@@ -7,6 +7,7 @@ A handler never has two bodies at once. Stop wakes a waiting body; its generator
 from __future__ import annotations
 
 import logging
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
@@ -33,6 +34,8 @@ class Runner(ABC):
         self._is_closed = False
         self._is_running = False
         self._is_end_told = False
+        self._moved_at_s = 0.0
+        """When the body began, or gave its last item."""
 
     @property
     def state(self) -> str:
@@ -46,6 +49,13 @@ class Runner(ABC):
             return "running"
         return "ended" if self._has_ended else "waiting"
 
+    def still_s(self) -> float:
+        """For how many seconds its body has been busy with something of its own, and has given nothing; 0 while it
+        does not run, or rests."""
+        if self.state != "running" or self._host.rests:
+            return 0.0
+        return time.monotonic() - max(self._moved_at_s, self._host.rested_at_s)
+
     def _ended(self) -> None:
         """Its data is over, though nobody stopped it: said once."""
         self._has_ended = True
@@ -57,6 +67,10 @@ class Runner(ABC):
             body = getattr(self._body, "__qualname__", "its body")
             text = "connector %r: %s%s has ended without an error, and sends nothing more until %s"
             logger.info(text, self._label, body, place, again, extra={"label": self._label})
+
+    @abstractmethod
+    def place(self) -> str:
+        """``FILE:LINE in NAME`` where its body is now; empty if nobody knows."""
 
     @abstractmethod
     def start(self) -> None: ...

@@ -34,6 +34,11 @@ class TaskRunner(Runner):
         self._wish = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._body_task: asyncio.Task[BaseException | None] | None = None
+        self._stream: AsyncIterator[Any] | None = None
+
+    def place(self) -> str:
+        frame = getattr(self._stream, "ag_frame", None)
+        return "" if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
 
     def start(self) -> None:
         self._task = asyncio.get_running_loop().create_task(self._live(), name=f"mosaic-{self._label}")
@@ -67,6 +72,7 @@ class TaskRunner(Runner):
             if self._is_closed:
                 return
             self._host.arm()
+            self._moved_at_s = time.monotonic()
             self._is_running = True
             delay_s = await self._run_once()
             self._is_running = False
@@ -112,12 +118,13 @@ class TaskRunner(Runner):
         return None
 
     async def _iterate(self) -> None:
-        stream: AsyncIterator[Any] = self._body()
+        self._stream = stream = self._body()
         try:
             async for item in stream:
                 if self._host.is_stopping:
                     return
                 hand_over(stream, item, self._consume)
+                self._moved_at_s = time.monotonic()
                 self._failures.alive()
                 await asyncio.sleep(0)  # a body that never waits must not stop the others
         finally:

@@ -24,6 +24,9 @@ class ThreadRunner(Runner):
         self._is_wanted = False
         self._thread = HandlerThread(label, self._live)
 
+    def place(self) -> str:
+        return self._thread.place()
+
     def start(self) -> None:
         self._thread.start()
 
@@ -60,6 +63,7 @@ class ThreadRunner(Runner):
             if self._is_closed:
                 return False
             self._host.arm()
+            self._moved_at_s = time.monotonic()
             self._is_running = True
             return True
 
@@ -87,6 +91,7 @@ class ThreadRunner(Runner):
                 if self._host.is_stopping:
                     return
                 hand_over(stream, item, self._consume)
+                self._moved_at_s = time.monotonic()
                 self._failures.alive()
         finally:
             close = getattr(stream, "close", None)

@@ -29,6 +29,10 @@ class HandlerThread:
     def start(self) -> None:
         self._thread.start()
 
+    def place(self) -> str:
+        """The line of its author where it is now."""
+        return place_of_thread(self._thread.ident)
+
     async def ended(self) -> None:
         """Wait until it has ended, or has been abandoned."""
         if not self._thread.is_alive():
@@ -36,7 +40,7 @@ class HandlerThread:
         try:
             await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
         except TimeoutError:
-            tell_abandoned(self._label, place_of_thread(self._thread.ident))
+            tell_abandoned(self._label, self.place())
 
     def _run(self) -> None:
         try:
