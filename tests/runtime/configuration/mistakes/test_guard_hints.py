@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import pytest
+from pydantic import Field
 
-from mosaic_core import DataChannelReceivable, Message, Request, RequestHandler
+from mosaic_core import DataChannelReceivable, Message, Request, RequestHandler, unit
 from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
 from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
