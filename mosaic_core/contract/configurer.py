@@ -5,6 +5,7 @@ The entry point's name is the YAML ``type``. A configurer gets the validated ``p
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
@@ -62,6 +63,7 @@ class Configurer(TypeArguments, ABC, Generic[P]):
         if cls.__module__ != __name__:
             check_names(cls)
             check_bodies(cls)
+            _check_init(cls)
         for base in getattr(cls, "__orig_bases__", ()):
             origin = get_origin(base)
             if isinstance(origin, type) and issubclass(origin, Configurer):
@@ -96,6 +98,19 @@ def check_written(function: str, **given: object) -> None:
                 f"`{function}` takes {name} as the YAML file has it, a mapping of keys to values, and not {value!r}"
             )
             raise TypeError(message)
+
+
+def _check_init(cls: type[Configurer[Any]]) -> None:
+    """Refuse an ``__init__`` that can't be called as the robot calls it."""
+    if "__init__" not in vars(cls):
+        return
+    try:
+        inspect.signature(vars(cls)["__init__"]).bind(None, "", None, safety=None, shared=None)
+    except TypeError as error:
+        message = f"__init__ can't be called with (label, params, safety=…, shared=…): {error}."
+        how = "def __init__(self, label, params, *, safety=None, shared=None)"
+        cure = f"Write `{how}`, which begins with super().__init__(label, params, safety=safety, shared=shared)."
+        raise wrong_declaration(cls, message, cure) from None
 
 
 def _check_params_said(cls: type[Configurer[Any]]) -> None:

@@ -16,14 +16,21 @@ from mosaic_core.words.errors import Problem
 
 CURES = {
     "limits": "remove it: the model of a question bounds its numbers",
+    "on_loss": "remove it: a request ends when its operator leaves, and its handler is told",
     "on_timeout": "remove it",
+    "slow_down": "remove it: a question is asked as it is",
     "timeout_s": "remove it: its class bounds a request by `answer_within_s`",
 }
 """Of what bounds motion, and says nothing of a question and its answer."""
+_DELIVERY_CURES = {
+    "latch": "remove it: an answer is for the one who asked",
+    "max_rate_hz": "remove it, or write max_rate_hz in `safety`, which bounds the questions",
+}
+"""Of what bounds what goes to everybody."""
 
 
 def request_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
-    """Limits of motion, and a delivery that loses messages."""
+    """Limits of motion, and a delivery that loses messages or bounds none of them."""
     answering = [handler for handler in handlers if isinstance(handler, RequestHandler)]
     if not answering:
         return
@@ -31,6 +38,10 @@ def request_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> It
     for key in sorted(CURES.keys() & one.safety.model_fields_set if is_alone else ()):
         message = f"connector '{one.config.label}' answers requests, for which '{key}' has no meaning"
         yield one.problem(message, "safety", key, cure=CURES[key])
+    its_delivery = one.config.delivery.model_fields_set if one.config.delivery is not None else set[str]()
+    for key in sorted(_DELIVERY_CURES.keys() & its_delivery if len(answering) == len(handlers) else ()):
+        message = f"connector '{one.config.label}' answers requests, for which '{key}' of a delivery has no meaning"
+        yield one.problem(message, "delivery", key, cure=_DELIVERY_CURES[key])
     mode = chosen(answering[0].delivery, one.config.delivery).mode
     if mode not in (None, Delivery.RELIABLE):
         message = f"connector '{one.config.label}' answers requests, of which none may be lost: '{mode}' can't be"

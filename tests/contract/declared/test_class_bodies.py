@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import AsyncIterator, Iterator
 from functools import cached_property
 from typing import Any
@@ -208,3 +209,40 @@ def test_whatever_can_be_called_as_a_body_is_taken(written: Any) -> None:
         type("It", (DataChannelJsonReceivable,), {"make_safe": written, "__module__": __name__}),
         DataChannelJsonReceivable,
     )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("self", "label", "params"), "got an unexpected keyword argument 'safety'"),
+        (("self", "label", "params", "safety"), "got an unexpected keyword argument 'shared'"),
+        (("self",), "too many positional arguments"),
+        (("self", "label", "params", "safety", "shared", "port"), "missing a required argument: 'port'"),
+    ],
+)
+def test_a_configurer_can_be_made_as_the_robot_makes_it(arguments: tuple[str, ...], words: str) -> None:
+    def make() -> None:
+        names: dict[str, Any] = {}
+        exec(f"def __init__({', '.join(arguments)}): pass", names)  # noqa: S102 - as an author writes it
+        line.append(inspect.currentframe().f_lineno + 1)  # type: ignore[union-attr]
+        type("It", (Makes,), {"__init__": names["__init__"], "__module__": __name__})
+
+    line: list[int] = []
+    with pytest.raises(MosaicError) as caught:
+        make()
+    assert caught.value.message == (
+        f"{__file__}:{line[0]}: It: __init__ can't be called with (label, params, safety=…, shared=…): {words}. "
+        f"{caught.value.cure}"
+    )
+    assert caught.value.cure == (
+        "Write `def __init__(self, label, params, *, safety=None, shared=None)`, which begins with "
+        "super().__init__(label, params, safety=safety, shared=shared)."
+    )
+
+
+def init_of_all(self: Any, label: str, params: Any, **more: Any) -> None:
+    """Takes whatever there is."""
+
+
+def test_an_init_may_pass_on_what_it_does_not_name() -> None:
+    assert type("It", (Makes,), {"__init__": init_of_all, "__module__": __name__})
