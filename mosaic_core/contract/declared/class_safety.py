@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from mosaic_core.contract.declared.type_arguments import bare_bases
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.field_kinds import kind_of
 from mosaic_core.contract.message_fields import MessageFields, has_two_names, message_fields, text_lists
@@ -25,11 +26,22 @@ def check_fields(cls: type, fields: MessageFields, velocities: Iterable[str], po
             message = f"'{field}' is in motion_fields and in position_fields."
             raise wrong_declaration(cls, message, "Name it once: is it a standstill when it is 0?")
         if fields.list_of(field) is not None:
+            if untyped := _untyped(cls):
+                raise wrong_declaration(cls, f"motion_fields names '{field}', and {untyped[0]}", untyped[1])
             message = f"motion_fields names '{field}' in a list, and only positions can stand in one."
             raise wrong_declaration(cls, message, "Give each velocity a field of its own, or leave it out.")
     for name, its in (("motion_fields", velocities), ("position_fields", positions)):
         for field in its:
             _check_known(cls, fields, field, name)
+
+
+def _untyped(cls: type) -> tuple[str, str] | None:
+    """What is missing, and the cure, where its class leaves open which messages it takes."""
+    base = next(bare_bases(cls), None)
+    if base is None:
+        return None
+    cure = f"Name their type, such as {base.__name__}[JointTarget]: it says which of its numbers are positions."
+    return "it does not say which messages it takes.", cure
 
 
 def check_lists(cls: type, message_type: Any) -> None:
@@ -108,6 +120,8 @@ def check_limits(
             kind = kind_of(field, bounds, fields, tuple(velocities), tuple(positions))
             found.append(bounds.limit(field, kind))
         except ImpossibleLimit as wrong:
+            if fields.list_of(field) is not None and (untyped := _untyped(cls)):
+                raise wrong_declaration(cls, f"limits names '{field}', and {untyped[0]}", untyped[1]) from None
             raise wrong_declaration(cls, f"{wrong}.", f"Cure: {wrong.cure}." if wrong.cure else "Change it.") from None
     for _, message in clashes(found):
         raise wrong_declaration(cls, f"{message}.", "Write limits that can be kept together.")

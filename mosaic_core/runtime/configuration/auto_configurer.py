@@ -36,7 +36,7 @@ from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookali
 from mosaic_core.runtime.configuration.mistakes.example_hints import example_hints
 from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
 from mosaic_core.runtime.configuration.mistakes.silent_hints import silent_hints
-from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by, unmade
+from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by, no_handler, unmade
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import safety_problems
@@ -235,12 +235,10 @@ def usable_handlers(one: CheckedConnector, made: object, problems: list[Problem]
         problems.append(broken(one, cause, cure=cure, at=code_of(thing)))
         return ()
 
-    handlers = tuple(made) if isinstance(made, Sequence) else (made,)
+    handlers = tuple(made) if isinstance(made, Sequence) and not isinstance(made, str) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
-        said, cure = repr(made), "return a handler, or a sequence of them"
-        if isinstance(made, type) and issubclass(made, Handler):
-            said, cure = f"the class {made.__name__}", f"return one of it: {made.__name__}(self.label, …)"
-        return refused(f"configure() returned {said} instead of a handler", one.configurer.configure, cure)
+        cause, cure = no_handler(made, handlers)
+        return refused(cause, one.configurer.configure, cure)
     unnamed = next(
         (type(handler) for handler in handlers if not isinstance(getattr(handler, "label", None), str)), None
     )

@@ -179,6 +179,16 @@ AT_MOST = FieldBounds(max=1.0)
         ),
         (Moves, {"limits": {"positions": AT_MOST}}, "limits names 'positions', a number that its messages don't have"),
         (
+            DataChannelReceivable,
+            {"limits": {"positions.*": AT_MOST}},
+            "limits names 'positions.*', and it does not say which messages it takes. Name their type, such as",
+        ),
+        (
+            DataChannelReceivable,
+            {"motion_fields": ("positions.0",)},
+            "motion_fields names 'positions.0', and it does not say which messages it takes. Name their type, such as",
+        ),
+        (
             Moves,
             {"limits": {"positions.elbo": AT_MOST}, "item_names": ("elbow",)},
             "limits names 'positions.elbo', a number that its messages don't have; did you mean 'positions.elbow'?",

@@ -321,15 +321,31 @@ def test_a_file_that_cannot_be_read_is_told_once(resolver: Callable[..., Connect
     assert untold(known.local.problems, [problem]) == ()
 
 
-def test_a_class_instead_of_a_handler_is_told_to_be_made(
-    resolver: Callable[..., ConnectorResolver], config: Path
+ONE = "Arm(self.label, self.params)"
+RETURN = "return a handler, or a sequence of them"
+MAKE = "return one of it: Arm(self.label, …)"
+
+
+@pytest.mark.parametrize(
+    ("returned", "said", "cure"),
+    [
+        ("Arm", "the class Arm instead of a handler", MAKE),
+        ("[]", "an empty sequence instead of a handler", RETURN),
+        ("'arm'", "one str instead of a handler", RETURN),
+        (f"(one for one in [{ONE}])", "one generator instead of a handler", "return list(…) of it"),
+        (f"[{ONE}, {ONE}, None]", "(one Arm, one Arm, None), of which number 3 is no handler", RETURN),
+        (f"[{ONE}, Arm]", "(one Arm, the class Arm), of which number 2 is no handler", MAKE),
+    ],
+)
+def test_what_is_no_handler_is_told_with_what_it_is(
+    resolver: Callable[..., ConnectorResolver], config: Path, returned: str, said: str, cure: str
 ) -> None:
-    source = ARM.replace("return Arm(self.label, self.params)", "return Arm")
+    source = ARM.replace("return Arm(self.label, self.params)", f"return {returned}")
     assert source != ARM
     auto = AutoConfigurer(resolver=resolver(arm=source), plugins=hook_plugins([]))
     (problem,) = auto.rehearse(validate_file(config, resolver=auto.resolver)).problems
-    assert problem.message.endswith("can't be made: configure() returned the class Arm instead of a handler")
-    assert problem.cure == "return one of it: Arm(self.label, …)"
+    assert problem.message.endswith(f"can't be made: configure() returned {said}")
+    assert problem.cure == cure
 
 
 def test_a_type_that_is_nowhere_blames_no_broken_file_whose_types_are_known(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pydantic import ValidationError
 
+from mosaic_core.contract.handler import Handler
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.threads.code_places import explained_error, place_of, raised_at
 from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, DeviceGone, MosaicError, Problem
@@ -44,6 +45,28 @@ def broken(one: CheckedConnector, cause: str, *, cure: str = "", at: CodeLine = 
     """What its author did wrong."""
     message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
     return one.broken(message, cure=cure, at=at)
+
+
+def no_handler(made: object, parts: Sequence[object]) -> tuple[str, str]:
+    """What is wrong with what ``configure()`` returned, and the cure. ``parts``: what it is made of."""
+    wrong = next((part for part in parts if not isinstance(part, Handler)), made)
+    cure = "return a handler, or a sequence of them"
+    if isinstance(wrong, type) and issubclass(wrong, Handler):
+        cure = f"return one of it: {wrong.__name__}(self.label, …)"
+    elif isinstance(wrong, Iterator):
+        cure = "return list(…) of it"
+    if wrong is made:
+        said = _called(made) if parts else "an empty sequence"
+        return f"configure() returned {said} instead of a handler", cure
+    number, names = list(parts).index(wrong) + 1, ", ".join(map(_called, parts))
+    return f"configure() returned ({names}), of which number {number} is no handler", cure
+
+
+def _called(part: object) -> str:
+    """By its class: whatever else it says of itself is the author's."""
+    if part is None:
+        return "None"
+    return f"the class {part.__name__}" if isinstance(part, type) else f"one {type(part).__name__}"
 
 
 def _refused(one: CheckedConnector, message: str, path: str, cure: str) -> Problem:
