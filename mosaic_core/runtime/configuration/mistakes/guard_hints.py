@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from mosaic_core.contract.devices.named_keeper import keepers_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import is_bound, may_lack
 from mosaic_core.contract.message_schema import unit_at
@@ -33,6 +34,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         yield from _unasked(one, handler)
         yield from _unbounded(one, handler)
         yield from _in_degrees(one, handler)
+        yield from _unkept(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
         own_limits = handler.limits or safety.limits or safety.field_limits()
@@ -118,6 +120,21 @@ def _unbounded(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> It
         )
         keys = ("limits", field) if field in one.safety.limits else ()
         yield one.problem(message, "safety", *keys, cure=cure)
+
+
+def _unkept(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It drives a device that a keeper keeps open, and does not name the keeper. One that the device has for itself
+    alone is nobody's to name, and whoever asks a request is told by its answer."""
+    keepers = ((own, name) for own, thing in vars(handler).items() for name in keepers_of(thing))
+    kept = (its for its in keepers if not its[1].startswith("_") and not isinstance(handler, RequestHandler))
+    own, name = next(kept, ("", ""))
+    if handler.keeper is None and own:
+        kind = type(handler)
+        message = (
+            f"connector '{one.config.label}' has a {type(vars(handler)[own]).__name__}, which a Keeper keeps open, and "
+            "names no keeper: nobody is told while that device is away, and commands go on when it is back"
+        )
+        yield one.problem(message, cure=f"write self.keeper = self.{own}.{name} in {kind.__name__}{standing_at(kind)}")
 
 
 def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:

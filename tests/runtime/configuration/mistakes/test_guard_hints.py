@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import pytest
 from pydantic import Field
 
-from mosaic_core import DataChannelReceivable, Message, Request, RequestHandler, unit
+from mosaic_core import DataChannelReceivable, Keeper, Message, Request, RequestHandler, unit
 from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
 from mosaic_core.runtime.configuration.mistakes.guard_hints import guard_hints
@@ -348,3 +349,50 @@ def test_radians_beyond_two_turns_look_like_degrees(limits: dict[str, FieldBound
     hints = [hint for hint in guard_hints(one, (Turns("it"),)) if "turns" in hint.message]
     assert [hint.cure for hint in hints] == ([cure] if cure else [])
     assert all(hint.message == "connector 'it': 90 rad of 'angle' are 14.3 turns" for hint in hints)
+
+
+class Motor:
+    def __init__(self) -> None:
+        self.keeper = Keeper("motor", lambda: None)
+
+
+class Drives(SaysSo):
+    timeout_s = 0.3
+
+    def __init__(self, label: str, *, names_it: bool) -> None:
+        super().__init__(label)
+        self._motor = Motor()
+        if names_it:
+            self.keeper = self._motor.keeper
+
+
+class Looks(Asked):
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.motor = Motor()
+
+
+class Hides(SaysSo):
+    timeout_s = 0.3
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.motor = Motor()
+        self.motor._keeper = self.motor.__dict__.pop("keeper")  # type: ignore[attr-defined]
+
+
+def test_who_asks_it_or_can_not_name_its_keeper_is_not() -> None:
+    one: Any = Place(requires_lease=False)
+    assert [hint for kind in (Looks, Hides) for hint in guard_hints(one, (kind("it"),))] == []
+
+
+def test_who_drives_a_kept_device_and_does_not_name_its_keeper_is_told() -> None:
+    one: Any = Place()
+    assert [*guard_hints(one, (Drives("it", names_it=True),))] == []
+    (hint,) = guard_hints(one, (Drives("it", names_it=False),))
+    assert hint.message == (
+        "connector 'it' has a Motor, which a Keeper keeps open, and names no keeper: nobody is told while that device "
+        "is away, and commands go on when it is back"
+    )
+    line = inspect.getsourcelines(Drives)[1]
+    assert hint.cure == f"write self.keeper = self._motor.keeper in Drives ({__file__}:{line})"
