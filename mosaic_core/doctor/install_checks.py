@@ -9,6 +9,7 @@ from importlib.metadata import Distribution, EntryPoint, distributions, entry_po
 
 from mosaic_core import __version__
 from mosaic_core.contract.checks import CHECKS_GROUP
+from mosaic_core.doctor.unmet_dependencies import unmet_by_plugins
 from mosaic_core.runtime.configuration.hook_calls import GROUP as HOOKS_GROUP
 from mosaic_core.runtime.configuration.hook_calls import HookPlugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
@@ -82,6 +83,9 @@ def _plugins(resolver: ConnectorResolver) -> list[Finding]:
                     error.cure or f"Update or uninstall {one.distribution}.",
                 )
             )
+    for source, unmet in unmet_by_plugins(resolver):
+        check = f"install.needs.{source.partition(' ')[0]}"
+        broken.append(warned(check, "check.version_mismatch", f"{source} {unmet.message}.", unmet.cure))
     for group in (CHECKS_GROUP, HOOKS_GROUP):
         broken += [finding for point in entry_points(group=group) for finding in _broken_point(group, point)]
     listed = passed("install.plugins", f"Connector types that load: {', '.join(found) or 'none'}.", types=found)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
+from mosaic_core.doctor.unmet_dependencies import unmet_dependencies
 from mosaic_core.harness.building import build
 from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
@@ -128,6 +129,11 @@ def names_its_python(one: Shipment) -> Iterator[Fault]:
         yield Fault("it does not say which Python it needs", CodePlace(one.metadata_file))
 
 
+def finds_its_dependencies(one: Shipment) -> Iterator[Fault]:
+    for unmet in unmet_dependencies(one.metadata.get("Requires-Dist", ())):
+        yield Fault(f"{one.source} {unmet.message}: {unmet.cure}", CodePlace(one.metadata_file))
+
+
 def is_typed(one: Shipment) -> Iterator[Fault]:
     folders = list(one.folders())
     for folder in folders:
@@ -196,6 +202,11 @@ BRONZE = (
         "requires-python", "bronze", "The distribution says which Python it needs.",
         "pip installs it where it can't run otherwise.",
         'Write requires-python = ">=3.11" into pyproject.toml.', names_its_python,
+    ),
+    ShipmentRule(
+        "dependencies", "bronze", "What it depends on is installed here, in a version that it takes.",
+        "What it was examined with is not what it asks for.",
+        "Install what is named, or write the versions with which it works into pyproject.toml.", finds_its_dependencies,
     ),
     ShipmentRule(
         "py-typed", "bronze", "Its package has a `py.typed`.",

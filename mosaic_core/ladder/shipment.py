@@ -207,7 +207,9 @@ def _metadata_of(project: Mapping[str, Any], folder: Path) -> dict[str, tuple[st
         "Description": description.read_text("utf-8") if description is not None and description.is_file() else None,
     }
     classifiers = tuple(str(one) for one in project.get("classifiers", ()))
-    return {key: (str(value),) for key, value in told.items() if value} | {"Classifier": classifiers}
+    requires = tuple(str(one) for one in project.get("dependencies", ()))
+    lists = {"Classifier": classifiers, "Requires-Dist": requires}
+    return {key: (str(value),) for key, value in told.items() if value} | lists
 
 
 def _normal(name: str) -> str:

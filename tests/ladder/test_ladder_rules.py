@@ -67,6 +67,12 @@ BREACHES = {
     "licence": (P, 'license = "Apache-2.0"\n', "", "no licence is named"),
     "readme": (P, 'readme = "README.md"\n', "", "there is no readme"),
     "requires-python": (P, 'requires-python = ">=3.11"\n', "", "does not say which Python"),
+    "dependencies": (
+        P,
+        'requires-python = ">=3.11"\n',
+        'requires-python = ">=3.11"\ndependencies = ["mosaic-core>=9"]\n',
+        'wants mosaic-core>=9, and 0.1.0 is installed: pip install "mosaic-core>=9"',
+    ),
     "typed-messages": (C, "DataChannelReceivable[Turn]", "DataChannelReceivable", "Wheel has no type of message"),
     "message-units": (C, 'Field(json_schema_extra=unit("bar"))', "Field()", "Reading.pressure is a number without"),
     "param-units": (C, "period_s: float", "period: float", "GaugeParams.period is a number without a unit"),

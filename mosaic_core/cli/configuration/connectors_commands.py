@@ -15,11 +15,12 @@ import typer
 
 from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolver_beside
 from mosaic_core.cli.terminal.error_report import USAGE, report_problems
+from mosaic_core.words.errors import Problem
 
 if TYPE_CHECKING:
     from mosaic_core.cli.configuration.connector_defaults import ChannelDefaults, Unmade
     from mosaic_core.contract.configurer import Configurer
-    from mosaic_core.runtime.configuration.resolver import InstalledConnector
+    from mosaic_core.runtime.configuration.resolver import ConnectorResolver, InstalledConnector
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="The connector types that are installed.")
 
@@ -48,6 +49,8 @@ def list_types(
         (one, first_docstring_line(one.entry_point, one.local.file if one.local else None)) for one in resolver.types()
     ]
     broken = broken_types(resolver, imports=check)
+    if check:
+        _tell_unmet(resolver)
     if as_json:
         typer.echo(json.dumps([{**_as_json(one, text), **_why_broken(one.type, broken)} for one, text in rows]))
         return
@@ -103,6 +106,14 @@ def _end_if_broken(unmade: Unmade | None) -> None:
     if unmade is not None and unmade.is_broken:
         report_problems(unmade.problems)
         raise typer.Exit(USAGE)
+
+
+def _tell_unmet(resolver: ConnectorResolver) -> None:
+    """What the plugins depend on and do not find, on stderr."""
+    from mosaic_core.doctor.unmet_dependencies import unmet_by_plugins
+
+    unmet = unmet_by_plugins(resolver)
+    report_problems([Problem(f"{source} {one.message}", cure=one.cure) for source, one in unmet], as_hints=True)
 
 
 def _told(description: str, cause: str | None) -> str:
