@@ -24,6 +24,10 @@ _FOLDER = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 _EXPORT = re.compile(r"[A-Za-z_$][\w$]*")
 _DECLARED = re.compile(r"\bexport\s+(?:async\s+)?(?:function|class|const|let|var)\s+([\w$]+)")
 _LISTED = re.compile(r"\bexport\s*\{([^}]*)\}")
+_UNCLEAR = re.compile(r"\bexport\s*(?:\*|(?:const|let|var)\s*(?:[\[{]|[^;\n]*,))")
+"""Exports whose names a glance does not tell."""
+_PLAIN_VALUE = re.compile(r"""\bexport\s+(?:const|let|var)\s+([\w$]+)\s*=\s*(-?[\d.]+|['"`\[]|true\b|false\b|null\b)""")
+"""What can be no component."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +64,26 @@ def module_with(hint: str, not_installed: Sequence[EntryPoint] = ()) -> FoundMod
         cure = "write module/Export, such as acme-arm/ArmPanel"
         raise MosaicError(f"{export!r} can't be exported by a module", code="config.broken_plugin", cure=cure)
     found = read_module(_point(name, not_installed))
-    text = found.content.decode()
-    if not re.search(rf"(?<![\w$]){re.escape(export)}(?![\w$])", text):
-        message = f"{found.path} of {_source(found.announced)} exports no '{export}'{hint_at(export, exports_of(text))}"
-        raise MosaicError(message.rstrip("."), code="config.broken_plugin", cure="export it, or name another")
+    lacking = lacking_export(found.content.decode(), export)
+    if lacking:
+        message = f"{found.path} of {_source(found.announced)} {lacking}"
+        raise MosaicError(message, code="config.broken_plugin", cure="export it, or name another")
     return found
+
+
+def lacking_export(text: str, export: str) -> str:
+    """What is wrong with the component ``export`` of the module ``text``, as a verb and what belongs to it; empty where
+    it is there, or a glance does not tell."""
+    exports = exports_of(text)
+    if export not in exports and not is_unclear(text):
+        return f"exports no '{export}'{hint_at(export, exports)}".rstrip(".")
+    plain = {name for name, _ in _PLAIN_VALUE.findall(text)}
+    return f"exports '{export}' as a plain value, which is no component" if export in plain else ""
+
+
+def is_unclear(text: str) -> bool:
+    """Whether a module exports something whose name a glance does not tell."""
+    return _UNCLEAR.search(text) is not None
 
 
 def installed_modules() -> Iterator[FoundModule | PluginError]:

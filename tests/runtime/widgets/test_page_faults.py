@@ -9,6 +9,7 @@ import pytest
 
 from mosaic_core.runtime.widgets import page_faults as judge
 from mosaic_core.runtime.widgets.page_faults import SHARED, WIDGET_API_VERSION, PageFault, page_faults
+from mosaic_core.runtime.widgets.shared_exports import SHARED_EXPORTS
 
 CONTRACT = Path(__file__).parents[3] / "dashboard/packages/app/src/plugins/exportedWidget.ts"
 GOOD = "import { createElement } from 'react'\nexport const apiVersion = 1\nexport function ArmPanel() {}\n"
@@ -100,3 +101,45 @@ def test_without_node_the_rest_is_found_all_the_same(monkeypatch: pytest.MonkeyP
 def test_a_version_that_is_a_text_is_told() -> None:
     text = GOOD.replace("apiVersion = 1", "apiVersion = '1'")
     assert told(text) == [(None, "says its apiVersion as a text: write `export const apiVersion = 1`")]
+
+
+@pytest.mark.parametrize("name", sorted(SHARED_EXPORTS))
+def test_the_names_of_the_pages_libraries_are_those_of_their_sources(name: str) -> None:
+    source = CONTRACT.parents[3] / name.removeprefix("@mosaic/") / "src/index.ts"
+    text = source.read_text()
+    listed = [
+        part.strip() for group in re.findall(r"^export \{([^}]*)\}", text, re.MULTILINE) for part in group.split(",")
+    ]
+    assert {part.split()[-1] for part in listed if part and not part.startswith("type ")} == SHARED_EXPORTS[name]
+    assert not re.search(r"^export (?!type\b|\{)", text, re.MULTILINE), "names that no list shows"
+
+
+@pytest.mark.parametrize(
+    ("line", "at", "message"),
+    [
+        (
+            "import { useSibling } from '@mosaic/widgets'",
+            2,
+            "imports 'useSibling' from '@mosaic/widgets', which has none; did you mean 'useSiblings'?",
+        ),
+        (
+            'import{useSiblings as a,\n  zebra as b}from"@mosaic/widgets"',
+            3,
+            "imports 'zebra' from '@mosaic/widgets', which has none",
+        ),
+        ("export { nothing } from '@mosaic/client'", 2, "imports 'nothing' from '@mosaic/client', which has none"),
+    ],
+)
+def test_a_name_that_the_pages_library_does_not_have_is_told_with_its_line(line: str, at: int, message: str) -> None:
+    assert told(f"\n{line}\n{GOOD}") == [(at, message)]
+
+
+def test_a_name_of_the_pages_library_is_no_fault() -> None:
+    assert told(f"import x, {{ useSiblings, useLatest as latest, }} from '@mosaic/widgets'\n{GOOD}") == []
+    assert told(f"import {{ whatever }} from '@mosaic/protocols'\n{GOOD}")[0][1].startswith("imports '@mosaic/protoc")
+
+
+@pytest.mark.parametrize("value", ["5", "-0.5", "'panel'", "[Arm]", "true", "null"])
+def test_an_export_that_can_be_no_component_is_told(value: str) -> None:
+    text = f"export const apiVersion = 1\nexport const ArmPanel = {value}\n"
+    assert told(text) == [(None, "exports 'ArmPanel' as a plain value, which is no component")]

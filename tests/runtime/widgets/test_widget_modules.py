@@ -258,3 +258,24 @@ def test_a_connector_beside_the_file_may_name_an_installed_widget_and_no_other(
     assert "connector 'arm' of connectors/arm.py names the widget 'acme-arm/ArmPanel': no installed" in complaint
     install_arm()
     assert complaints() == []
+
+
+@pytest.mark.parametrize(
+    ("text", "lacking"),
+    [
+        ("export const apiVersion = 1\nfunction ArmPanel() {}\n", "exports no 'ArmPanel'"),
+        ("export const apiVersion = 1\nexport const ArmPanel = 5\n",
+         "exports 'ArmPanel' as a plain value, which is no component"),
+    ],
+)  # fmt: skip
+def test_a_component_that_is_not_exported_or_is_none_is_refused(
+    install_arm: InstallArm, text: str, lacking: str
+) -> None:
+    path = install_arm(text)
+    assert refusal("acme-arm/ArmPanel").message == f"{path} of acme-arm 1.2.0 {lacking}"
+
+
+@pytest.mark.parametrize("text", ["export * from './rest'\n", "const all = {}\nexport const { ArmPanel } = all\n"])
+def test_what_a_glance_does_not_tell_is_believed(install_arm: InstallArm, text: str) -> None:
+    path = install_arm(text)
+    assert module_with("acme-arm/ArmPanel").path == path
