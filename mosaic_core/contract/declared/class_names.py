@@ -36,6 +36,10 @@ _COMMON = frozenset({"answer", "configure", "encoding", "example", "packet_codec
 """Words that an author may well mean otherwise where nothing of MOSAIC is called so."""
 _INSTEAD = (("messages", "frames", "sounds"), ("handle_data", "handle_sound"))
 """Bodies that do the same, each of another base."""
+_SYNONYMS: Mapping[str, str] = {
+    "needs_lease": "requires_lease", "needs_a_lease": "requires_lease", "lease_required": "requires_lease",
+}  # fmt: skip
+"""What an author may call a word of the contract."""
 _IN_THE_FILE = "Write it in `safety:` of the robot's file, or as a default of the configurer's safety_model."
 _BY_THE_BASE = "Leave it out: it follows from the base and the type in its brackets."
 _OF_HANDLERS: Mapping[str, str] = {
@@ -85,7 +89,8 @@ def check_names(cls: type) -> None:
             cure = f"derive it from {owner}, or give {'the method' if is_called else 'it'} another name."
             cure = f"Write {meant}(), or {cure}" if (meant := _meant_body(cls, name)) else f"D{cure[1:]}"
             raise wrong_declaration(cls, message, cure)
-        _check_spelling(cls, name, BODIES if is_called else VALUES)
+        if name.islower() or not isinstance(value, type):  # else a class in the class, which is written like that
+            _check_spelling(cls, name, BODIES if is_called else VALUES)
 
 
 def _check_bind(cls: type) -> None:
@@ -140,14 +145,18 @@ def check_derived(cls: type) -> None:
 
 
 def _check_spelling(cls: type, name: str, words: Iterable[str]) -> None:
-    """Refuse a name that is almost one that this class could have and does not write itself. One in capitals may be
-    a constant of the author's own."""
-    meant = {one.removesuffix("s"): one for one in words if hasattr(cls, one) and one not in vars(cls)}
-    found = slip_of(name.removesuffix("s"), [one for one in meant if one[0] == name[0]])
-    lower = name.lower().removesuffix("s")
-    if name[0].isupper() and lower in meant and not isinstance(vars(cls)[name], type):
-        found = None if package_reads(cls, {name}) else lower
-    if found is not None:
-        word = meant[found]
+    """Refuse a name that is almost one that this class could have and does not write itself."""
+    word = _word_meant(name, [one for one in words if hasattr(cls, one) and one not in vars(cls)])
+    if word is not None:
         message = f"it has '{name}', which nothing reads; did you mean '{word}'?"
         raise wrong_declaration(cls, message, f"Write {word}, or begin a name of your own with _.")
+
+
+def _word_meant(name: str, words: Iterable[str]) -> str | None:
+    """The one of these words that ``name`` is in other letters, or almost. What is written like a constant must be a
+    word letter by letter, and one of several parts: ``LIMITS`` may well be the author's own."""
+    known, written = {one.removesuffix("s"): one for one in words}, _SYNONYMS.get(name, name).lower().removesuffix("s")
+    if name.isupper():
+        return known.get(written) if "_" in name else None
+    found = slip_of(written, [one for one in known if one[0] == written[0]]) if written else None
+    return None if found is None else known[found]
