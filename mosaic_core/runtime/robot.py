@@ -24,6 +24,7 @@ from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.signaling.server_link import FLEET, KnownServer
 from mosaic_core.runtime.threads.handover import on_loop
 from mosaic_core.runtime.threads.loop_guard import LoopBlock
+from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory, NetworkWatcher, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
@@ -103,7 +104,7 @@ class Robot:
         elsewhere and no other server is left, and whatever a shared thing of the plugins raises when it is entered."""
         self._loop = asyncio.get_running_loop()
         live = LiveRobot(self._plan, self._near, self)  # first: keepers that begin tell its handlers
-        await asyncio.to_thread(self._shared.enter)
+        await asyncio.to_thread(self._shared.enter, told_when_slow)
         try:
             await self._run(live)
         finally:
@@ -146,7 +147,7 @@ class Robot:
             before, self._shared = self._shared, shared
             await asyncio.to_thread(before.leave_to, shared)
             try:
-                await asyncio.to_thread(shared.enter)
+                await asyncio.to_thread(shared.enter, told_when_slow)
             except Exception:
                 logger.exception("what the connectors share could not be opened")
 

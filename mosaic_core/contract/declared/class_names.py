@@ -8,7 +8,6 @@ import ast
 import inspect
 from collections.abc import Iterable, Mapping
 
-from mosaic_core.contract.declared.attribute_reads import package_reads
 from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.declared.yielded import caller

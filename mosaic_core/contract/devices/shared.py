@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Set
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Callable, Iterator, Set
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from traceback import extract_tb
 from typing import Any, Protocol, TypeVar, cast
 
@@ -12,8 +12,9 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.declared.wrong_declaration import wrong_call
 from mosaic_core.contract.params import Params
-from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
+from mosaic_core.words.errors import NOWHERE, CodeLine, DeviceGone, MosaicError
 
+_BY_A_KEEPER = "Open its device with a Keeper, which __enter__ starts: then the robot starts without the device, too."
 S = TypeVar("S", bound=AbstractContextManager[Any])
 
 
@@ -71,15 +72,17 @@ class Shared:
         stack.callback(self.leave)
         return stack
 
-    def enter(self) -> None:
-        """Enter what is not entered yet; if one can't be, those that this call entered are left again. Raises
-        :class:`MosaicError` (``plugin.failed``, or its own)."""
+    def enter(self, around: Callable[[str], AbstractContextManager[object]] = nullcontext) -> None:
+        """Enter what is not entered yet; if one can't be, those that this call entered are left again. ``around`` what
+        each ``__enter__`` does; it is told which one that is. Raises :class:`MosaicError` (``plugin.failed``,
+        ``plugin.no_device``, or its own)."""
         entered: list[str] = []
         try:
             for key, thing in self._things.items():
                 if key not in self._open:
-                    stack = ExitStack()
-                    _enter(stack, thing)
+                    stack, what = ExitStack(), self._called(key)
+                    with around(f"the __enter__ of {what}"), _explained(f"{what} can't be entered", _BY_A_KEEPER):
+                        stack.enter_context(thing)
                     self._open[key] = stack
                     entered.append(key)
         except BaseException:
@@ -93,7 +96,17 @@ class Shared:
     def _leave(self, keys: list[str]) -> None:
         with ExitStack() as stack:
             for key in keys:
-                stack.callback(self._open.pop(key).close)
+                stack.callback(self._close, key)
+
+    def _close(self, key: str) -> None:
+        with _explained(f"{self._called(key)} can't be left", "Let its __exit__ end whatever it finds."):
+            self._open.pop(key).close()
+
+    def _called(self, key: str) -> str:
+        """The thing with its connectors, for people."""
+        users = [f"'{user}'" for user in sorted(self._users.get(key, ())) if user]
+        whose = f" of connector{'s' if len(users) > 1 else ''} {', '.join(users)}" if users else ""
+        return f"{_called(self._things[key])}{whose}"
 
     # -- for a robot that is given other connectors while it runs ------------------------------------------------
 
@@ -162,21 +175,26 @@ def _called(thing: object) -> str:
     return "None" if thing is None else f"a {type(thing).__qualname__}"
 
 
-def _enter(stack: ExitStack, thing: AbstractContextManager[Any]) -> None:
+@contextmanager
+def _explained(what: str, cure: str) -> Iterator[None]:
+    """Tell which thing is concerned, and where, by what the code of an author raises within; ``what`` begins the
+    sentence. An error that says itself what is wrong is let through."""
     try:
-        stack.enter_context(thing)
-    except MosaicError:
-        raise
-    except Exception as error:
+        yield
+    except BaseException as error:
+        is_own = isinstance(error, MosaicError) and not isinstance(error, DeviceGone)
+        if is_own or isinstance(error, KeyboardInterrupt):
+            raise
         at = _raised_at(error)
         place = f"{at[0]}:{at[1]}: " if at[0] else ""
-        message = f"{place}{_called(thing)} can't be entered: {type(error).__name__}: {error}."
-        cure = "Open its device with a Keeper, which __enter__ starts: then the robot starts without the device, too."
-        raise MosaicError(message, code="plugin.failed", cure=cure, at=at) from error
+        is_absent = isinstance(error, DeviceGone)
+        said = str(error) if is_absent else f"{type(error).__name__}: {error}"
+        code = "plugin.no_device" if is_absent else "plugin.failed"
+        raise MosaicError(f"{place}{what}: {said}.", code=code, cure=cure, at=at) from error
 
 
 def _raised_at(error: BaseException) -> CodeLine:
-    """The first line outside this module, which is that of ``__enter__``."""
+    """The first line outside this module, which is that of ``__enter__`` or ``__exit__``."""
     frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != __file__]
     others = [frame for frame in frames if frame.filename != contextlib.__file__]
     return (others[0].filename, others[0].lineno) if others else NOWHERE

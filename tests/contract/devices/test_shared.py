@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import pytest
@@ -18,7 +18,7 @@ class Thing:
 class Door:
     """Raises what it is given."""
 
-    def __init__(self, error: Exception) -> None:
+    def __init__(self, error: BaseException) -> None:
         self.error = error
 
     def __enter__(self) -> None:
@@ -74,11 +74,11 @@ def test_an_enter_of_a_generator_names_its_line() -> None:
 
 
 def test_what_an_enter_says_of_its_own_is_passed_on() -> None:
-    shared, gone = Shared(), DeviceGone("no motor")
-    shared.get("acme:motor", lambda: Door(gone))
-    with pytest.raises(DeviceGone) as told:
+    shared, own = Shared(), MosaicError("the wires are swapped", code="acme.swapped", cure="Swap them.")
+    shared.get("acme:motor", lambda: Door(own))
+    with pytest.raises(MosaicError) as told:
         shared.enter()
-    assert told.value is gone
+    assert told.value is own
 
 
 class Remembering:
@@ -102,3 +102,62 @@ def test_a_thing_that_forgets_its_params_is_told_where_they_are_compared(remembe
     assert (told.value.at[1] or 0) > line
     assert said in told.value.message
     assert "self.params = params" in told.value.cure
+
+
+class Panic(BaseException):
+    """As those of extensions in Rust."""
+
+
+@pytest.mark.parametrize(
+    ("error", "said", "code"),
+    [
+        (DeviceGone("no motor", "plug it in"), "no motor; plug it in", "plugin.no_device"),
+        (Panic("at the disco"), "Panic: at the disco", "plugin.failed"),
+        (SystemExit(3), "SystemExit: 3", "plugin.failed"),
+    ],
+)
+@pytest.mark.parametrize(("users", "whose"), [(["arm"], "connector 'arm'"), (["b", "a"], "connectors 'a', 'b'")])
+def test_whatever_an_enter_raises_names_the_connectors_and_the_line(
+    error: BaseException, said: str, code: str, users: list[str], whose: str
+) -> None:
+    shared = Shared()
+    for user in users:
+        shared.of(user).get("acme:motor", lambda: Door(error))
+    with pytest.raises(MosaicError) as told:
+        shared.enter()
+    line = inspect.getsourcelines(Door.__enter__)[1] + 1
+    assert told.value.message == f"{__file__}:{line}: a Door of {whose} can't be entered: {said}."
+    assert (told.value.code, told.value.at) == (code, (__file__, line))
+    assert "Keeper" in told.value.cure
+
+
+def test_what_can_not_be_left_is_told_likewise() -> None:
+    class Stuck:
+        def __enter__(self) -> None: ...
+
+        def __exit__(self, *_: object) -> None:
+            raise Panic("it jams")
+
+    shared = Shared()
+    shared.of("arm").get("acme:motor", Stuck)
+    shared.enter()
+    with pytest.raises(MosaicError) as told:
+        shared.leave()
+    line = inspect.getsourcelines(Stuck.__exit__)[1] + 1
+    assert (
+        told.value.message
+        == f"{__file__}:{line}: a {Stuck.__qualname__} of connector 'arm' can't be left: Panic: it jams."
+    )
+
+
+def test_what_is_entered_is_named_to_whoever_wants_to_watch_it() -> None:
+    shared, named = Shared(), list[str]()
+    shared.of("arm").get("acme:motor", lambda: nullcontext())
+
+    @contextmanager
+    def around(what: str) -> Any:
+        named.append(what)
+        yield
+
+    shared.enter(around)
+    assert named == ["the __enter__ of a nullcontext of connector 'arm'"]
