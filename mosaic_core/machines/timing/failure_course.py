@@ -45,15 +45,17 @@ class FailureCourse:
         now = (is_absence, reason)
         is_news, was_relapse = self._told != now, self._is_relapse
         if is_news:
-            self._is_relapse = (
-                not is_absence and self._last == now and not self.is_failing and ran_for_s < self._steady_s
-            )
+            self._is_relapse = self._last == now and not self.is_failing and ran_for_s < self._steady_s
             is_news = not (self._is_relapse and was_relapse)  # the first one: the log says that it is back
         self._told = self._last = now
         return FailureVerdict(delay_s, is_news)
 
-    def alive(self) -> bool:
-        """It works; ``True`` if that is news. After a relapse it is none: what sends once and fails again each time
-        would fill the log."""
-        was_failing, self._told = self.is_failing, None
-        return was_failing and not self._is_relapse
+    def alive(self, works_for_s: float = 0.0) -> bool:
+        """It works, for so long without a failure; ``True`` if that is news. After a relapse it is none until it has
+        worked for a while: what sends once and fails again each time would fill the log."""
+        if self.is_failing:
+            self._told = None
+            return not self._is_relapse
+        is_over = self._is_relapse and works_for_s >= self._steady_s
+        self._is_relapse = self._is_relapse and not is_over
+        return is_over

@@ -6,6 +6,7 @@ reason changes, and when it is over.
 from __future__ import annotations
 
 import logging
+import math
 import random
 import threading
 import time
@@ -55,6 +56,7 @@ class Failures:
         self._code = code or PluginCode(())
         self._lock = threading.Lock()
         self._next_try_at_s = 0.0
+        self._works_since_s = 0.0
         self.is_away = False
         """Its kept device is."""
         self.count = 0
@@ -79,7 +81,7 @@ class Failures:
         """Its device's keeper could not open it, and tries again by itself."""
         with self._lock:
             self.is_away = True
-            self._note(gone, 0.0, tries_again_in_s)
+            self._note(gone, math.inf, tries_again_in_s)  # each absence is news: nobody counts how long it was here
 
     def is_back(self) -> None:
         """Its device's keeper has opened it."""
@@ -116,5 +118,10 @@ class Failures:
 
     def alive(self) -> None:
         """It produced or took something: it works (again), but for a kept device, of which its keeper tells."""
-        if not self.is_away and self._course.alive():
+        if self.is_away:
+            return
+        now_s = time.monotonic()
+        if self.is_failing:
+            self._works_since_s = now_s
+        if self._course.alive(now_s - self._works_since_s):
             logger.info("connector %r is back", self._label, extra={"label": self._label})

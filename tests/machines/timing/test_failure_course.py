@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -44,15 +45,27 @@ def test_a_reason_is_news_once_until_it_changes_or_the_handler_worked() -> None:
     assert fails(course, "a", is_absence=True).is_news
 
 
-def test_what_works_for_a_moment_and_fails_the_same_way_again_is_told_once_more() -> None:
+@pytest.mark.parametrize("is_absence", [True, False])
+def test_what_works_for_a_moment_and_fails_the_same_way_again_is_told_once_more(is_absence: bool) -> None:
     course = FailureCourse()
-    assert fails(course).is_news
+    assert fails(course, is_absence=is_absence).is_news
     assert course.alive(), "it may have been mended"
     for is_news in (True, False, False):
-        assert fails(course, ran_for_s=0.1).is_news is is_news
-        assert not fails(course).is_news
+        assert fails(course, is_absence=is_absence, ran_for_s=0.1).is_news is is_news
+        assert not fails(course, is_absence=is_absence).is_news
         assert not course.alive()
     assert fails(course, "another").is_news
+    assert course.alive()
+
+
+def test_what_works_for_a_while_after_a_relapse_is_back_and_that_is_told_once() -> None:
+    course = FailureCourse()
+    for ran_for_s in (0.0, 0.1):
+        fails(course, ran_for_s=ran_for_s)
+        course.alive()
+    told = [course.alive(works_for_s) for works_for_s in (0.1, STEADY_S - 0.1, STEADY_S, STEADY_S + 1)]
+    assert told == [False, False, True, False]
+    assert fails(course, ran_for_s=STEADY_S).is_news
     assert course.alive()
 
 
@@ -83,7 +96,7 @@ def test_whatever_happens_it_is_tried_again_in_time_and_told_once_for_each_chang
             verdict = course.failed(reason, is_absence=what == GONE, ran_for_s=ran_for_s, random_unit=unit)
             policy = ABSENCE_POLICY if what == GONE else ERROR_POLICY
             assert policy.first_s * (1 - policy.jitter) <= verdict.delay_s <= policy.max_s
-            is_repeated = what == ERROR and last == (what, reason) and ran_for_s < STEADY_S
+            is_repeated = last == (what, reason) and ran_for_s < STEADY_S
             was_relapse = is_relapse
             if told != (what, reason):
                 is_relapse = told is None and is_repeated

@@ -147,3 +147,28 @@ def test_a_misspelt_attribute_is_told_with_the_name_that_there_is(
     assert f"{ending} (plugin.failed)" in caplog.records[0].message
     assert failures.last_error.endswith(ending)
     assert f"{ending} ({__file__}:" in explained_error(error)
+
+
+def test_a_device_that_comes_and_goes_is_told_twice_and_that_it_stays_once(
+    failures: Failures, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr("mosaic_core.runtime.threads.failures.time.monotonic", lambda: now_s[0])
+    for _ in range(5):
+        failures.failed(DeviceGone("no gauge"), 0.1)
+        failures.alive()
+    for passed_s in (0.1, 20.0, 0.1):
+        now_s[0] += passed_s
+        failures.alive()
+    gone = "connector 'gauge': no gauge (plugin.no_device); tries again in 8.0 s"
+    back = "connector 'gauge' is back"
+    told = [record.message for record in caplog.records if record.levelname != "DEBUG"]
+    assert told == [gone, back, gone, back]
+
+
+def test_a_kept_device_is_told_each_time(failures: Failures, caplog: pytest.LogCaptureFixture) -> None:
+    for _ in range(3):
+        failures.away(DeviceGone("no gauge"), 0.5)
+        failures.is_back()
+    gone, back = "connector 'gauge': no gauge (plugin.no_device); tries again in 0.5 s", "connector 'gauge' is back"
+    assert [record.message for record in caplog.records] == [gone, back] * 3
