@@ -22,14 +22,14 @@ ALL = [one for block in blocks("bash", "console") for one in commands(block)]
 OURS = [one for one in ALL if one.program == "mosaic"]
 
 PROGRAMS = {
-    "belongs to the reader's shell": ". cd export source",
+    "belongs to the reader's shell": ". cd cp export source",
     "reads files of the reader's": "cat echo less sha256sum gh python",
     "changes or asks the machine": "sudo timedatectl journalctl ls",
     "makes an environment": "python3 python3.11",
     "installs: `nox -s build` does, each distribution alone": "pip",
     "installs: tests/e2e/simulated_robot/test_own_page.py does": "npm",
     "sets up: tests/architecture/test_dev_script.py": "dev",
-    "runs tests": "nox pytest",
+    "runs tests": "pytest",
     "needs the reader's server": "curl jq",
     "needs ROS 2": "ros2",
     "needs a broker: plugins/mosaic-mqtt/tests have one": "mosquitto_pub",

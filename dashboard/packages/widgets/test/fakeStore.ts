@@ -20,8 +20,8 @@ export class FakeStore {
     return () => this.listeners.delete(listener)
   }
 
-  sendData(text: string): boolean {
-    if (this.takes) this.sent.push(JSON.parse(text))
+  sendData(data: string | object): boolean {
+    if (this.takes) this.sent.push(typeof data === 'string' ? JSON.parse(data) : data)
     return this.takes
   }
 
