@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import is_dataclass
 from enum import Enum
+from itertools import pairwise
 from pathlib import Path
+from textwrap import dedent
+from types import ModuleType
 from typing import Any
 
 import typer
 from pydantic import BaseModel
 
 import mosaic_core
+import mosaic_core.operator
+import mosaic_core.testing
 from mosaic_core.cli.configuration.connector_defaults import defaults_of, lines_of
 from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.cli.main import app
@@ -319,61 +326,115 @@ def _message(kind: str, model: type[BaseModel]) -> list[str]:
     return [f"### `{kind}`", "", about, "", *table, ""]
 
 
-SIGNATURES = """# Signatures for connectors
+SIGNATURES = """# {title}
 
-What `from mosaic_core import …` gives, name by name, for readers of plain Markdown. What each is for, in full:
-[Write connectors](python-connectors.md).
+What `from {module} import …` gives, name by name, for readers of plain Markdown. What each is for, in full:
+[{full}]({page}).
 """
 
 
 def python_signatures() -> str:
-    lines = [SIGNATURES.rstrip(), ""]
-    for name in mosaic_core.__all__:
-        thing = getattr(mosaic_core, name)
+    return _signatures(mosaic_core, "Signatures for connectors", "Write connectors", "python-connectors.md")
+
+
+def operator_signatures() -> str:
+    return _signatures(
+        mosaic_core.operator, "Signatures for operators", "Operate robots from Python", "python-operator.md"
+    )
+
+
+def testing_signatures() -> str:
+    return _signatures(mosaic_core.testing, "Signatures for tests", "Test connectors", "python-testing.md")
+
+
+def _signatures(module: ModuleType, title: str, full: str, page: str) -> str:
+    lines = [SIGNATURES.format(module=module.__name__, title=title, full=full, page=page).rstrip(), ""]
+    for name in module.__all__:
+        thing = getattr(module, name)
         if getattr(thing, "__name__", "") != name:
             continue  # a number, or the old name of something
         lines += [f"## `{name}`", ""]
         if not inspect.isclass(thing):
-            lines += [_code(f"{name}{_signature(thing)}"), "", _first_sentence(thing), ""]
+            lines += [_code(_call(name, thing)), "", _first_sentence(thing), ""]
             continue
-        bases = ", ".join(one.__name__ for one in thing.__bases__ if one.__name__ in mosaic_core.__all__)
+        bases = ", ".join(one.__name__ for one in thing.__bases__ if one.__name__ in module.__all__)
         lines += [f"{_first_sentence(thing)} {f'Derives from {bases}.' if bases else ''}".strip(), ""]
-        rows = list(_members(thing))
+        rows = list(_members(thing, module.__all__))
         lines += ["| name | what |", "|---|---|", *rows, ""] if rows else []
     return "\n".join(lines)
 
 
-def _members(cls: type) -> Iterator[str]:
-    """A row for each method, property and value that the class itself brings."""
+def _unnamed_bases(cls: type, named: Sequence[str]) -> Iterator[type]:
+    """Those of ours that are no name of the page: what they bring is told here, or nowhere."""
+    for base in cls.__bases__:
+        if base.__module__.startswith("mosaic_core.") and base.__name__ not in named:
+            yield base
+            yield from _unnamed_bases(base, named)
+
+
+def _members(cls: type, named: Sequence[str]) -> Iterator[str]:
+    """A row for each attribute, method, property and value that the class brings, and its bases that the page does not
+    name."""
+    told: set[str] = set()
+    for one in (cls, *_unnamed_bases(cls, named)):
+        for name, row in (*_own_members(one), *_attributes(one)):
+            if name not in told:
+                told.add(name)
+                yield row
+
+
+def _own_members(cls: type) -> Iterator[tuple[str, str]]:
     annotations = inspect.get_annotations(cls)
     for name in dict.fromkeys((*vars(cls), *annotations)):
         value = vars(cls).get(name)
         function = value.__func__ if isinstance(value, classmethod | staticmethod) else value
-        if name.startswith("_") and (name != "__init__" or not inspect.isfunction(function)):
+        if name.startswith("_") and getattr(function, "__name__", "") != "__init__":
             continue
         if inspect.isfunction(function):
-            yield f"| {_code(_cell(f'{name}{_signature(function)}'))} | {_first_sentence(function)} |"
+            yield name, f"| {_code(_cell(_call(name, function)))} | {_first_sentence(function)} |"
         elif isinstance(value, property):
             kind = str(inspect.get_annotations(value.fget).get("return", "")) if value.fget else ""
-            yield f"| {_code(_cell(f'{name}: {kind}'))} | {_first_sentence(value)} |"
+            yield name, f"| {_code(_cell(f'{name}: {kind}'))} | {_first_sentence(value)} |"
         elif name in annotations:
             shown = str(value) if isinstance(value, Enum) else repr(value)
-            default = f" = {shown}" if name in vars(cls) and not callable(value) and len(shown) < _MANY_LETTERS else ""
-            yield f"| {_code(_cell(f'{name}: {annotations[name]}{default}'))} | |"
+            is_default = name in vars(cls) and not callable(value) and not inspect.ismemberdescriptor(value)
+            default = f" = {shown}" if is_default and len(shown) < _MANY_LETTERS else ""
+            yield name, f"| {_code(_cell(f'{name}: {annotations[name]}{default}'))} | |"
+
+
+def _attributes(cls: type) -> Iterator[tuple[str, str]]:
+    """What ``__init__`` sets, with the sentence below it."""
+    if not inspect.isfunction(vars(cls).get("__init__")) or is_dataclass(cls):
+        return
+    (function,) = ast.parse(dedent(inspect.getsource(vars(cls)["__init__"]))).body
+    assert isinstance(function, ast.FunctionDef)
+    for step, after in pairwise([*function.body, ast.Pass()]):
+        target = step.targets[0] if isinstance(step, ast.Assign) else getattr(step, "target", None)
+        if isinstance(target, ast.Attribute) and not target.attr.startswith("_"):
+            kind = f": {ast.unparse(step.annotation)}" if isinstance(step, ast.AnnAssign) else ""
+            text = getattr(after.value, "value", "") if isinstance(after, ast.Expr) else ""
+            said = _first_sentence_of(text) if isinstance(text, str) else ""
+            yield target.attr, f"| {_code(_cell(f'{target.attr}{kind}'))} | {said} |"
 
 
 _MANY_LETTERS = 40
 """A longer default says more of how it is made than of what it is."""
 
 
-def _signature(function: Any) -> str:
-    """As its author wrote it: annotations are texts there, and quoted nowhere else."""
-    text = str(inspect.signature(function)).replace("'", "").replace("mappingproxy({})", "{}")
-    return re.sub(r"<function .*? at 0x[0-9a-f]+>", "…", text)
+def _call(name: str, function: Any) -> str:
+    """As its author wrote it: annotations are texts there, and quoted nowhere else; empty texts stay to be seen."""
+    text = re.sub(r'"(\w+\[[^"]*\])"', r"\1", str(inspect.signature(function)))
+    text = text.replace("''", '""').replace("'", "").replace("mappingproxy({})", "{}")
+    mark = "await " if inspect.iscoroutinefunction(function) else ""
+    return mark + name + re.sub(r"<function .*? at 0x[0-9a-f]+>", "…", text)
 
 
 def _first_sentence(thing: object) -> str:
-    paragraph = inspect.cleandoc(getattr(thing, "__doc__", None) or "").partition("\n\n")[0]
+    return _first_sentence_of(getattr(thing, "__doc__", None) or "")
+
+
+def _first_sentence_of(text: str) -> str:
+    paragraph = inspect.cleandoc(text).partition("\n\n")[0]
     plain = re.sub(r":\w+:`~?(?:[\w.]+\.)?(\w+)`", r"`\1`", _cell(paragraph).replace("``", "`"))
     return re.split(r"(?<=[a-z`)]\.) ", plain)[0]
 
@@ -490,7 +551,9 @@ PAGES: dict[str, Callable[[], str]] = {
     "messages.md": messages,
     "metrics.md": metrics,
     "plugin-ladder.md": plugin_ladder,
+    "python-operator-signatures.md": operator_signatures,
     "python-signatures.md": python_signatures,
+    "python-testing-signatures.md": testing_signatures,
     "reason-codes.md": reason_codes,
     "wire.md": wire,
 }

@@ -7,9 +7,13 @@ import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
+import mosaic_core
+import mosaic_core.operator
+import mosaic_core.testing
 from mosaic_core.messages import STANDARD_MESSAGES
 
 ROOT = Path(__file__).parents[2]
@@ -126,3 +130,29 @@ def test_as_many_standard_messages_are_told_as_there_are() -> None:
 
 def _widgets() -> str:
     return (ROOT / "dashboard/packages/widgets/src/widgets.ts").read_text()
+
+
+@pytest.mark.parametrize(
+    ("page", "module", "members"),
+    [
+        ("python-signatures", mosaic_core, {"DataChannelSendable": ("send_json", "messages"), "Keeper": ("absence",)}),
+        (
+            "python-operator-signatures",
+            mosaic_core.operator,
+            {
+                "RobotConnection": ("receivable", "await request", "control", "state"),
+                "SendableStore": ("send_json", "await wait_arrived"),
+            },
+        ),
+        ("python-testing-signatures", mosaic_core.testing, {"Joined": ("connection", "await another_operator")}),
+    ],
+)
+def test_all_names_are_on_a_page_of_signatures(
+    page: str, module: ModuleType, members: dict[str, tuple[str, ...]]
+) -> None:
+    text = (ROOT / "docs" / "reference" / f"{page}.md").read_text()
+    sections = dict(re.findall(r"^## `(\w+)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL))
+    things = {name: getattr(module, name) for name in module.__all__}
+    assert sections.keys() == {name for name, thing in things.items() if getattr(thing, "__name__", "") == name}
+    for name, wanted in members.items():
+        assert [one for one in wanted if not re.search(rf"^\| `{one}\b", sections[name], re.MULTILINE)] == []
