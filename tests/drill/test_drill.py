@@ -472,7 +472,9 @@ def joints(handler: type[Any] = Joints) -> ConnectorEntry:
 
 
 def arm(handler: type[Any] = Arm, **bounds: float) -> ConnectorEntry:
-    return connector(made_by(handler), label="arm", safety={"limits": {"angle_deg": bounds}, "max_rate_hz": 40})
+    return connector(
+        made_by(handler), label="arm", safety={"limits": {"angle_deg": bounds} if bounds else {}, "max_rate_hz": 40}
+    )
 
 
 async def test_an_arm_passes_every_exercise_that_is_for_positions() -> None:
