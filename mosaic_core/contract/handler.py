@@ -45,7 +45,7 @@ from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, Unbou
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_core.contract.message_fields import MessageFields, message_fields
-from mosaic_core.contract.params import Message
+from mosaic_core.contract.params import Message, Params
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
@@ -206,8 +206,11 @@ def message_type_of(handler: type) -> Any:
 
 
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
-    words = {str: "string", bytes: "byte"}
-    return MosaicDataType(f"{words.get(message_type_of(handler), 'json')}-{way}")
+    words, declared = {str: "string", bytes: "byte"}, message_type_of(handler)
+    if isinstance(declared, type) and issubclass(declared, Params):
+        message = f"its messages are {declared.__name__}, which is a class of params."
+        raise wrong_declaration(handler, message, "Name a class of messages: `class Mine(Message)` with what travels.")
+    return MosaicDataType(f"{words.get(declared, 'json')}-{way}")
 
 
 _DECLARED: dict[type, DeclaredMessage] = {}

@@ -14,6 +14,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -94,9 +95,18 @@ class Problem:
         return f"{where}{at}{self.message}{cure}"
 
 
+_INDEX = re.compile(r"connectors\[(\d+)\]")
+
+
 def by_line(problems: Iterable[Problem]) -> tuple[Problem, ...]:
-    """In the order of the file; what is wrong with code comes after what is wrong with a configuration."""
-    return tuple(sorted(problems, key=lambda one: (one.file.endswith(".py"), one.line or 0)))
+    """In the order of the file; what is wrong with code comes after what is wrong with a configuration, in the order of
+    the connectors."""
+    return tuple(sorted(problems, key=_order))
+
+
+def _order(problem: Problem) -> tuple[bool, int, int]:
+    is_code, index = problem.file.endswith(".py"), _INDEX.match(problem.path)
+    return is_code, int(index[1]) if is_code and index is not None else 0, problem.line or 0
 
 
 def untold(problems: Iterable[Problem], told: Sequence[Problem]) -> tuple[Problem, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mosaic_core.words.errors import Refused, hint_at, whole_sentence
+from mosaic_core.words.errors import Problem, Refused, by_line, hint_at, whole_sentence
 
 
 @pytest.mark.parametrize(
@@ -33,3 +33,12 @@ def test_a_refusal_needs_a_code_before_its_text(code: str) -> None:
     with pytest.raises(ValueError, match=r"Refused\('acme\.why', "):
         Refused(code)
     assert [Refused(one, code).code for one in ("acme-arm.in_the_way", "busy")] == ["acme-arm.in_the_way", "busy"]
+
+
+def test_problems_stand_in_the_order_of_the_file_and_those_of_code_in_that_of_the_connectors() -> None:
+    of_file = [Problem("", file="robot.yaml", line=line, path=path) for line, path in ((4, "server"), (30, "x"))]
+    of_code = [
+        Problem("", file=file, line=line, path=f"connectors[{index}]")
+        for index, file, line in ((0, "b.py", 90), (2, "a.py", 3), (12, "c.py", 1))
+    ]
+    assert by_line([*of_code[::-1], *of_file[::-1]]) == (*of_file, *of_code)

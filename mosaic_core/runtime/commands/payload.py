@@ -19,6 +19,10 @@ from mosaic_core.words.errors import nearest
 
 MAX_KEY = 40
 """Characters of a stranger's key that a refusal repeats."""
+MAX_LETTERS = 300
+"""Characters of what is wrong in one refusal."""
+_NO_OBJECT = ("model_type", "model_attributes_type", "dict_type")
+"""Pydantic's words for what is no mapping of keys to values."""
 
 
 def _finite(text: str) -> float:
@@ -87,8 +91,19 @@ class PayloadReader:
         if not unknown and len(others) < len(mistakes):  # what one of its models keeps
             with suppress(ValidationError):
                 return self._adapter.validate_python(value)
-        words = [_in_words(others), self._no_field(unknown[0]) if unknown else self._unknown_beside(others, value)]
+        words = [
+            self._no_object(others) or _in_words(others),
+            self._no_field(unknown[0]) if unknown else self._unknown_beside(others, value),
+        ]
         raise Refused("channel.invalid", "; ".join(filter(None, words)))
+
+    def _no_object(self, mistakes: list[ErrorDetails]) -> str:
+        """Where the whole of it is no JSON object."""
+        if not any(one["type"] in _NO_OBJECT and not one["loc"] for one in mistakes):
+            return ""
+        is_model = isinstance(self._type, type) and issubclass(self._type, BaseModel)
+        fields = ", ".join(dict.fromkeys(names_of(self._type))) if is_model else ""
+        return "a JSON object is wanted" + (f", with the fields {fields}"[:MAX_LETTERS] if fields else "")
 
     def _no_field(self, loc: tuple[int | str, ...]) -> str:
         return _without_field(str(loc[-1]), known_keys(self._type, loc[:-1]))
@@ -126,4 +141,4 @@ def _check_unicode(value: Any) -> None:
 def _in_words(mistakes: list[ErrorDetails]) -> str:
     """At most three mistakes, without quoting the input back."""
     parts = [f"{'.'.join(map(str, item['loc'])) or 'message'}: {item['msg']}" for item in mistakes[:3]]
-    return "; ".join(parts)[:300]
+    return "; ".join(parts)[:MAX_LETTERS]

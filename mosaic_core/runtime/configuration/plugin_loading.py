@@ -60,7 +60,7 @@ def load_configurer(
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
         place = standing_at(loaded) if local is None else ""
-        raise broken(f"{named} is not a Configurer class{place}", _configurer_meant(entry_point), code_of(loaded))
+        raise broken(f"{named} is not a Configurer class{place}", _configurer_instead(entry_point), code_of(loaded))
     _check(loaded, entry_point, broken)
     return loaded
 
@@ -129,11 +129,18 @@ def _written_again(entry_point: EntryPoint) -> str:
     return f"correct `{written}` among the entry points in its pyproject.toml, and install it again"
 
 
-def _configurer_meant(entry_point: EntryPoint) -> str:
-    """The configurer of its module that an entry point probably means, or all of them."""
+def _configurer_instead(entry_point: EntryPoint) -> str:
+    """What to do about an entry point whose own class or function is none."""
+    derive = "derive the class from DataChannelConfigurer or MediaTrackConfigurer, and write configure()"
+    return _configurer_meant(entry_point, derive)
+
+
+def _configurer_meant(entry_point: EntryPoint, otherwise: str = "it has no configurer") -> str:
+    """The configurer of its module that an entry point probably means, or all of them; ``otherwise`` where there is
+    none."""
     module = sys.modules.get(entry_point.module)
     known = [name for name, value in vars(module).items() if _is_configurer(value)] if module is not None else []
-    return guess(entry_point.attr or "", known, f"it has: {', '.join(known)}" if known else "it has no configurer")
+    return guess(entry_point.attr or "", known, f"it has: {', '.join(known)}" if known else otherwise)
 
 
 def _both(cure: str, again: str) -> str:

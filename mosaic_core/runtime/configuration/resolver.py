@@ -10,9 +10,10 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import Distribution, EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector, LocalConnectors
 from mosaic_core.words.errors import MosaicError, nearest
 
@@ -121,6 +122,9 @@ class ConnectorResolver:
         if doubtful:
             told = "; ".join(str(one) for one in doubtful[:MANY_PROBLEMS])
             return f"{meant}If '{connector_type}' is of a file beside the configuration, mend it: {told}"
+        unnamed = _installed_without(connector_type)
+        if unnamed:
+            return f"{meant}{unnamed}"
         if len(self._by_type) > MANY_TYPES:
             every = f"`mosaic connectors list` shows all {len(self._by_type)}"
             return f"{meant}{every}; one of your own is among them {self._where_own_ones_belong()}"
@@ -130,6 +134,21 @@ class ConnectorResolver:
         if self.local.connectors:
             return "once it stands in the folder connectors/, as connector_type of a class"
         return "once it stands in the folder connectors/ beside the YAML file, or is installed: pip install -e FOLDER"
+
+
+def _installed_without(connector_type: str) -> str:
+    """The cure where a distribution seems to have the type and does not say so as it must; empty otherwise."""
+    write = f'[project.entry-points."{GROUP}"] in its pyproject.toml, and install it again'
+    for one in distributions():
+        name, version = _identity(one)
+        wrong = {point.group for point in one.entry_points if point.name == connector_type and point.group != GROUP}
+        group = slip_of(GROUP, wrong)
+        if group is not None:
+            return f"{name} {version} names it in the group '{group}', which nobody reads: write {write}"
+        names_none = all(point.group != GROUP for point in one.entry_points)
+        if names_none and (name or "").lower().replace("_", "-") == connector_type:
+            return f"{name} {version} is installed and names no connector: write {write}"
+    return ""
 
 
 Identity: TypeAlias = tuple[str | None, str | None]

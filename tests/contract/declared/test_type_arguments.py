@@ -117,3 +117,27 @@ def test_a_handler_of_any_json_needs_no_types() -> None:
     class Mine(DataChannelReceivable): ...  # type: ignore[type-arg]
 
     assert Mine.data_type == "json-u2r"
+
+
+class Port(Params):
+    port: str = ""
+
+
+def sent_params() -> None:
+    class Mine(DataChannelSendable[Port]): ...
+
+
+def taken_params() -> None:
+    class Mine(DataChannelReceivable[Port]): ...
+
+
+@pytest.mark.parametrize("make", [sent_params, taken_params])
+def test_params_are_no_messages(make: Callable[[], None]) -> None:
+    with pytest.raises(MosaicError) as refused:
+        make()
+    line, cure = (
+        inspect.getsourcelines(make)[1] + 1,
+        "Name a class of messages: `class Mine(Message)` with what travels.",
+    )
+    said = f"its messages are Port, which is a class of params. {cure}"
+    assert str(refused.value) == f"{__file__}:{line}: {make.__name__}.<locals>.Mine: {said}"

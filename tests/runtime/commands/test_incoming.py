@@ -199,6 +199,12 @@ def test_a_refusal_says_what_is_wrong_with_the_text(payload: bytes, message: str
         PayloadReader(Typed("a")).read(payload)
 
 
+@pytest.mark.parametrize("payload", [b"[3]", b'"hello"', b"5", b"null"])
+def test_what_is_no_object_is_told_what_one_has(payload: bytes) -> None:
+    with pytest.raises(Refused, match=r"^a JSON object is wanted, with the fields v, extra$"):
+        PayloadReader(Typed("a")).read(payload)
+
+
 @pytest.mark.parametrize("number", ["NaN", "-Infinity", "1e400"])
 def test_a_number_that_is_not_finite_is_named(number: str) -> None:
     with pytest.raises(Refused, match=f"^{number} is not a finite number$"):

@@ -164,7 +164,7 @@ def test_a_library_that_is_not_there_is_no_fault_of_the_entry_point(install_dist
         (CONFIGURER.format(before="", type="", more=""), "Configurer has no connector_type (/", "write connector_type"),
         (CONFIGURER.format(before="", type="odd", more="example = 3"), "the example of Configurer is no mapping", ""),
         (CONFIGURER.format(before="", type="odd", more="safety_model = Params"), "the safety_model of Configurer", ""),
-        ("def Configurer(): ...", "acme_odd3:Configurer is not a Configurer class (/", "it has no configurer"),
+        ("def Configurer(): ...", "acme_odd3:Configurer is not a Configurer class (/", "derive the class from Data"),
     ],
 )
 def test_what_a_configurer_says_wrongly_is_told(
@@ -218,3 +218,34 @@ def test_the_nearest_name_ignores_case() -> None:
     assert nearest("Period_S", ["period_s", "port"]) == "period_s"
     assert nearest("qqqqq", ["period_s", "port"]) is None
     assert nearest("x", []) is None
+
+
+@pytest.mark.parametrize(
+    ("points", "cure"),
+    [
+        (
+            {"mosaic.connector": {"acme-lamp": "acme_lamp:Configurer"}},
+            "acme-lamp 1.0.0 names it in the group 'mosaic.connector', which nobody reads: write "
+            '[project.entry-points."mosaic.connectors"] in its pyproject.toml, and install it again',
+        ),
+        (
+            {},
+            "acme-lamp 1.0.0 is installed and names no connector: write "
+            '[project.entry-points."mosaic.connectors"] in its pyproject.toml, and install it again',
+        ),
+    ],
+)
+def test_a_distribution_that_does_not_name_its_type_as_it_must_is_told(
+    install_distribution: InstallDistribution, points: dict[str, dict[str, str]], cure: str
+) -> None:
+    install_distribution("acme-lamp", entry_points=points)
+    with pytest.raises(MosaicError, match="no connector type 'acme-lamp'") as caught:
+        ConnectorResolver([]).resolve("acme-lamp")
+    assert caught.value.cure == cure
+
+
+def test_a_command_of_the_same_name_is_no_connector(install_distribution: InstallDistribution) -> None:
+    install_distribution("acme-lamps", entry_points={"mosaic.commands": {"acme-lamp": "acme_lamp:app"}})
+    with pytest.raises(MosaicError) as caught:
+        ConnectorResolver([]).resolve("acme-lamp")
+    assert caught.value.cure == "Installed: none"
