@@ -18,7 +18,7 @@ import yaml
 from support.page_blocks import PAGES, ROOT, blocks
 from typer.testing import CliRunner
 
-from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, Shared
+from mosaic_core import Configurer, DataChannelReceivable, DeviceGone, MosaicError, Shared
 from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
@@ -131,6 +131,14 @@ def test_the_shared_board_of_the_howto_is_opened_anew_after_it_vanished(tmp_path
             os.close(line)
             os.close(board)  # it is pulled out
             port.unlink()
+
+
+def test_two_connectors_that_differ_about_the_board_of_the_howto_are_told_as_the_page_says() -> None:
+    configurer, shared = run_blocks("docs/howto/several-handlers.md")["BoardConfigurer"], Shared()
+    build(configurer, label="board", shared=shared)
+    with pytest.raises(MosaicError) as caught:
+        build(configurer, label="spare", params={"resets": True}, shared=shared)
+    assert f"```text\n{caught.value}\n```" in (ROOT / "docs/howto/several-handlers.md").read_text()
 
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: str(page.relative_to(ROOT)))
