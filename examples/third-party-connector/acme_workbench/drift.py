@@ -43,7 +43,7 @@ class DriftWatcher(RequestHandler[Watch, Drift]):
                     if request.pause(question.seconds / 10):
                         break
                     readings.append(temperature_c())
-                    request.progress({"share": tenth / 10, "now_c": readings[-1]})
+                    request.progress({"percent": tenth * 10, "now_c": readings[-1]})
         except (DeviceGone, OSError) as error:
             raise Refused("workbench.no_thermometer", "the thermometer is not there now") from error
         return Drift(lowest_c=min(readings), highest_c=max(readings))
