@@ -425,6 +425,7 @@ def _call(name: str, function: Any) -> str:
     """As its author wrote it: annotations are texts there, and quoted nowhere else; empty texts stay to be seen."""
     text = re.sub(r'"(\w+\[[^"]*\])"', r"\1", str(inspect.signature(function)))
     text = text.replace("''", '""').replace("'", "").replace("mappingproxy({})", "{}")
+    text = re.sub(r"<class ([\w.]+)>", r"\1", text)
     mark = "await " if inspect.iscoroutinefunction(function) else ""
     return mark + name + re.sub(r"<function .*? at 0x[0-9a-f]+>", "…", text)
 

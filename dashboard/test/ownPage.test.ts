@@ -13,7 +13,7 @@ const connector = { robotId: 'r', connectorId: 'frnt' }
 afterEach(cleanup)
 
 function shown(name: string, store: MosaicStore): void {
-  const Component = exportsOf(listingOf('own-page.md', `src/${name}.tsx`), OWN)[name] as ComponentType<object>
+  const Component = exportsOf(listingOf('own-page.md', `src/${name}.tsx`), OWN)[name] as ComponentType<{ robotId: string; label: string }>
   const client = { storeManager: { getOrCreateStore: () => store, releaseStore: () => {} } }
   const children = createElement(Component, { robotId: 'r', label: 'frnt' })
   render(createElement(WithRobot, { connection: new FakeConnection(), client, children }))
