@@ -27,6 +27,7 @@ PRODUCT = [
 ALLOWED = {
     ("mosaic_core/cli/robot/run_command.py", "os._exit"),  # Python's documented way out while threads hang
     ("mosaic_core/cli/robot/end_signals.py", "os._exit"),
+    ("mosaic_core/cli/terminal/threads_left.py", "os._exit"),
     ("mosaic_core/cli/configuration/broken_types.py", "os._exit"),
     ("mosaic_core/contract/every.py", "sys._getframe"),  # Python's documented ways to look at a stack
     ("mosaic_core/runtime/handlers/handler_host.py", "sys._getframe"),

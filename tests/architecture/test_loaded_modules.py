@@ -88,6 +88,7 @@ def test_the_list_of_commands_loads_none_of_them() -> None:
         "mosaic_core.cli.later_command",
         "mosaic_core.cli.terminal",
         "mosaic_core.cli.terminal.error_report",
+        "mosaic_core.cli.terminal.threads_left",
         "mosaic_core.words",
         "mosaic_core.words.codes",
         "mosaic_core.words.errors",

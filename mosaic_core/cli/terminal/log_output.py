@@ -79,6 +79,18 @@ class ConsoleLines(logging.Handler):
             self.handleError(record)
 
 
+class _From(logging.Filter):
+    """Passes records from a level on, and those of a logger that has a level of its own: a plugin may set that of the
+    root to whatever it likes."""
+
+    def __init__(self, level: int) -> None:
+        super().__init__()
+        self._level = level
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        return record.levelno >= (logging.getLogger(record.name).level or self._level)
+
+
 def set_up_logging(level: LogLevel, log_format: LogFormat = LogFormat.TEXT, console: Console | None = None) -> None:
     """Configure the root logger of this program; ``console`` is that of a live table."""
     as_json = log_format is LogFormat.JSON
@@ -87,7 +99,7 @@ def set_up_logging(level: LogLevel, log_format: LogFormat = LogFormat.TEXT, cons
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.value.upper())
-    handler.setLevel(level.value.upper())  # a plugin may set the root's to whatever it likes
+    handler.addFilter(_From(logging.getLevelNamesMapping()[level.value.upper()]))
     for name in _CHATTY:
         logging.getLogger(name).setLevel(logging.DEBUG if level is LogLevel.DEBUG else logging.WARNING)
     for name in _TELLS_SECRETS:
