@@ -72,7 +72,7 @@ class Shared:
         stack.callback(self.leave)
         return stack
 
-    def enter(self, around: Callable[[str], AbstractContextManager[object]] = nullcontext) -> None:
+    def enter(self, around: Callable[[str], AbstractContextManager[object]] | None = None) -> None:
         """Enter what is not entered yet; if one can't be, those that this call entered are left again. ``around`` what
         each ``__enter__`` does; it is told which one that is. Raises :class:`MosaicError` (``plugin.failed``,
         ``plugin.no_device``, or its own)."""
@@ -81,7 +81,10 @@ class Shared:
             for key, thing in self._things.items():
                 if key not in self._open:
                     stack, what = ExitStack(), self._called(key)
-                    with around(f"the __enter__ of {what}"), _explained(f"{what} can't be entered", _BY_A_KEEPER):
+                    with (
+                        (around or nullcontext)(f"the __enter__ of {what}"),
+                        _explained(f"{what} can't be entered", _BY_A_KEEPER),
+                    ):
                         stack.enter_context(thing)
                     self._open[key] = stack
                     entered.append(key)
