@@ -174,7 +174,8 @@ def mutants(session: nox.Session) -> None:
 @nox.session
 def build(session: nox.Session) -> None:
     """Wheels and source distributions of all distributions, and the dashboard's packages, into `dist/`, with what they
-    consist of and the locked set for whoever installs them. Each is judged, weighed, installed alone and used."""
+    consist of and the locked set for whoever installs them. Each is judged, weighed, installed alone and used: a wheel
+    is made of its source distribution, so that both are."""
     _locked(session, "release")
     _build_dashboard(session)
     _npm(session, "packages", "--", "--check")

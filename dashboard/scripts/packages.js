@@ -1,9 +1,11 @@
 /**
  * Builds and packs the packages that are published, into `dist/*.tgz`: ESM and types by TypeScript, one file for one
- * file, and one `style.css` for all CSS of a package. With `--check` publint and arethetypeswrong judge each.
+ * file, and one `style.css` for all CSS of a package. With `--check` publint and arethetypeswrong judge each, and all are
+ * installed into an empty folder and imported.
  */
 import { spawn } from 'node:child_process'
-import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
+import { tmpdir } from 'node:os'
 import { dirname, join, resolve, sep } from 'node:path'
 import process from 'node:process'
 import ts from 'typescript'
@@ -92,8 +94,10 @@ function stopOn(diagnostics) {
   process.exit(1)
 }
 
-function run(command, ...words) {
-  const child = spawn(command, words, { cwd: ROOT })
+const run = (command, ...words) => runIn(ROOT, command, ...words)
+
+function runIn(folder, command, ...words) {
+  const child = spawn(command, words, { cwd: folder })
   let said = `${command} ${words.join(' ')}\n`
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (said += text))
   return new Promise((done) => {
@@ -112,11 +116,23 @@ async function pack() {
   return readdirSync(TARBALLS).map((file) => join(TARBALLS, file))
 }
 
+/** Installed into an empty folder, as on a user's machine, every package is found, and Node imports it. */
+async function useAlone(tarballs) {
+  const folder = mkdtempSync(join(tmpdir(), 'mosaic-packages-'))
+  write(join(folder, 'package.json'), '{ "private": true, "type": "module" }')
+  await runIn(folder, 'npm', 'install', '--silent', '--no-audit', '--no-fund', ...tarballs)
+  for (const name of PUBLISHED) {
+    const use = `const all = await import('@mosaic/${name}'); if (Object.keys(all).length === 0) throw new Error('empty')`
+    await runIn(folder, process.execPath, '--input-type=module', '--eval', use)
+  }
+  rmSync(folder, { recursive: true })
+}
+
 const HELP = `Usage: node scripts/packages.js [--check]
 
 Builds and packs @mosaic/${PUBLISHED.join(', @mosaic/')} into dashboard/dist/*.tgz.
 
-  --check   let publint and arethetypeswrong judge each
+  --check   let publint and arethetypeswrong judge each, and install and import all in an empty folder
   --help    show this and build nothing
 `
 const unknown = process.argv.slice(2).find((word) => !['--check', '--help', '-h'].includes(word))
@@ -136,5 +152,5 @@ if (process.argv.includes('--check')) {
     await run('publint', 'run', '--strict', tarball)
     await run('attw', tarball, '--profile', 'esm-only', '--exclude-entrypoints', 'style.css', 'tokens.css')
   })
-  await Promise.all(judged)
+  await Promise.all([...judged, useAlone(tarballs)])
 }

@@ -78,3 +78,14 @@ def test_a_watch_tells_what_is_new_other_or_gone(tmp_path: Path) -> None:
     (tmp_path / "another").write_text("4")
     watch.learn()
     assert watch.changed() == frozenset()
+
+
+def test_what_is_only_written_again_has_not_changed(tmp_path: Path) -> None:
+    kept = tmp_path / "kept"
+    kept.write_text("1")
+    watch = SourceWatch(lambda: tmp_path.iterdir())
+    os.utime(kept, (1, 1))
+    assert watch.changed() == frozenset()
+    kept.write_text("2")
+    os.utime(kept, (2, 2))
+    assert watch.changed() == {kept}
