@@ -13,7 +13,7 @@ from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
 from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 
-_FIELD_WORDS = frozenset(inspect.signature(Field).parameters)
+_FIELD_WORDS = frozenset({*inspect.signature(Field).parameters, "unit"})
 _NOTHING = object()
 """In place of a value that is not looked at."""
 
@@ -33,13 +33,23 @@ def check_defaults(cls: type[BaseModel], context: Any = None) -> None:
 
 
 def _check_field_words(cls: type[BaseModel]) -> None:
-    """Refuse a misspelt word of ``Field``: pydantic keeps it for the schema, and nothing reads it."""
+    """Refuse a misspelt word of ``Field``: pydantic keeps it for the schema, and nothing reads it; and what is no
+    mapping where its unit belongs."""
     for name, field in cls.model_fields.items():
+        _check_extra(cls, name, field.json_schema_extra)
         extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
         for word in extra.keys() - _FIELD_WORDS:
             if meant := slip_of(word, _FIELD_WORDS):
                 message = f"Field of '{name}' has '{word}', which nothing reads; did you mean '{meant}'?"
                 raise wrong_declaration(cls, message, f"Write {meant}.")
+
+
+def _check_extra(cls: type[BaseModel], name: str, extra: Any) -> None:
+    said = "unit" if getattr(extra, "__name__", "") == "unit" else repr(extra)
+    if said == "unit" or not (extra is None or isinstance(extra, dict) or callable(extra)):
+        unit = extra if isinstance(extra, str) else "V"
+        message = f"Field of '{name}' has json_schema_extra={said}, which nothing reads."
+        raise wrong_declaration(cls, message, f'Write json_schema_extra=unit("{unit}").')
 
 
 def _mistakes(cls: type[BaseModel], written: dict[str, Any], context: Any) -> Iterator[ErrorDetails]:

@@ -61,4 +61,4 @@ class StillCameras:
         if label in self._told:
             self._told.discard(label)
             if runner.state == "running":
-                logger.info("camera %r gives pictures again", label, extra={"label": label})
+                logger.warning("camera %r gives pictures again", label, extra={"label": label})

@@ -124,4 +124,5 @@ class Failures:
         if self.is_failing:
             self._works_since_s = now_s
         if self._course.alive(now_s - self._works_since_s):
-            logger.info("connector %r is back", self._label, extra={"label": self._label})
+            # as loud as its absence, so that no log ends with that
+            logger.warning("connector %r is back", self._label, extra={"label": self._label})

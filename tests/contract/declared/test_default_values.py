@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from enum import Enum
 from pathlib import Path
 from typing import Any, Literal
@@ -10,7 +11,7 @@ from typing import Any, Literal
 import pytest
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from mosaic_core import Message, Params
+from mosaic_core import Message, Params, unit
 from mosaic_core.contract.params import CameraLabel
 from mosaic_core.words.errors import MosaicError
 
@@ -106,6 +107,20 @@ def test_a_misspelt_word_of_a_field_is_refused_and_one_of_the_schema_is_not() ->
     with pytest.raises(MosaicError, match=r"'defualt', which nothing reads; did you mean 'default'\?"):
         made(Params, int, field)
     assert "speed" in made(Params, int, Field(default=3, json_schema_extra={"unit": "px"})).model_fields
+
+
+@pytest.mark.parametrize(
+    ("extra", "told"),
+    [
+        ("ppm", """has json_schema_extra='ppm', which nothing reads. Write json_schema_extra=unit("ppm")"""),
+        (unit, """has json_schema_extra=unit, which nothing reads. Write json_schema_extra=unit("V")"""),
+        (["V"], "has json_schema_extra=['V'], which nothing reads."),
+        ({"units": "V"}, "has 'units', which nothing reads; did you mean 'unit'?"),
+    ],
+)
+def test_a_unit_that_stands_where_nothing_reads_it_is_refused(extra: Any, told: str) -> None:
+    with pytest.raises(MosaicError, match=re.escape(f"Field of 'speed' {told}")):
+        made(Message, float, Field(default=1.0, json_schema_extra=extra))
 
 
 def test_what_a_measured_number_may_be_a_default_may_be() -> None:

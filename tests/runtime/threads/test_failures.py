@@ -63,7 +63,7 @@ def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_bac
     assert [(record.levelname, record.message, record.exc_info) for record in caplog.records] == [
         ("WARNING", "connector 'gauge': no gauge at /dev/x (plugin.no_device); tries again in 8.0 s", None),
         ("WARNING", "connector 'gauge': it is busy (plugin.no_device); tries again in 8.0 s", None),
-        ("INFO", "connector 'gauge' is back", None),
+        ("WARNING", "connector 'gauge' is back", None),
         ("WARNING", "connector 'gauge': it is busy (plugin.no_device); tries again in 8.0 s", None),
     ]
 
