@@ -154,10 +154,16 @@ def _moving(one: Examinee) -> list[tuple[DataChannelReceivable[Any], ReceiverSaf
     connector = one.connector(one.trial)
     receivers = [one for one in connector.handlers if isinstance(one, DataChannelReceivable) and not is_request(one)]
     guarded = [(receiver, ReceiverSafety.of(connector.safety, receiver)) for receiver in receivers]
-    found = [(receiver, safety) for receiver, safety in guarded if safety.is_motion]
+    found = [(receiver, safety) for receiver, safety in guarded if safety.is_motion and not _rests(receiver, safety)]
     if not found:
         raise DoesNotApply("it moves nothing")
     return found
+
+
+def _rests(receiver: DataChannelReceivable[Any], safety: ReceiverSafety) -> bool:
+    """Whether its author says that it moves nothing by itself, as a switch under a lease does."""
+    is_guarded = safety.timeout_s is not None or safety.has_fields
+    return says_motion(type(receiver)) and not is_guarded
 
 
 async def passes_the_drill(one: Examinee) -> list[Fault]:

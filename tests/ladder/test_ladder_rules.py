@@ -167,8 +167,9 @@ async def test_an_entry_point_that_is_no_class_of_a_module_is_told_by_its_line(p
     assert [one.verdict for name, one in found.items() if name != ("loads", "acme-gauge")] == ["passed", "passed"]
 
 
-async def test_nothing_is_asked_of_a_safe_action_alone(plugin: GoodPlugin) -> None:
-    plugin.spoil(C, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
+@pytest.mark.parametrize("said", ["", "    requires_lease = True\n    motion_fields = ()\n"])
+async def test_nothing_is_asked_of_a_safe_action_alone_or_of_a_switch(plugin: GoodPlugin, said: str) -> None:
+    plugin.spoil(C, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', said)
     (found,) = [one for one in await findings(plugin, only=("motion-guarded",)) if one.subject == "acme-wheel"]
     assert (found.verdict, found.faults) == ("does not apply", ())
 

@@ -130,4 +130,5 @@ def check_limits(
 def _check_known(cls: type, fields: MessageFields, field: str, where: str) -> None:
     if not fields.has(field) and not has_two_names(fields.message_type, field.split(".")):
         message = f"{where} names '{field}', a number that its messages don't have{hint_at(field, fields.names)}"
-        raise wrong_declaration(cls, message, f"They have: {', '.join(fields.names)}.")
+        none = "They have none; what only switches says motion_fields = (), and is limited by its model."
+        raise wrong_declaration(cls, message, f"They have: {', '.join(fields.names)}." if fields.names else none)

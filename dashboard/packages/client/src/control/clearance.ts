@@ -36,11 +36,17 @@ export function clearanceFor(entry: CatalogueEntry | null, standing: Standing): 
   const isFree = resourceOf(entry) === null
   const block = standing.isStopped && isMotion(entry) ? { code: 'safety.stopped' } : null
   if (isFree || standing.epoch > 0) return { epoch: isFree ? 0 : standing.epoch, block, leaves: true }
-  return { epoch: 0, block: block ?? { code: codeOf(standing) }, leaves: false }
+  return { epoch: 0, block: block ?? blockOf(standing, resourceOf(entry)), leaves: false }
 }
 
 function isMotion(entry: CatalogueEntry | null): boolean {
   return resourceOf(entry) !== null || typeof entry?.safety?.timeout_s === 'number'
+}
+
+/** A resource of a name of its own has a button of its own, beside that of the whole robot. */
+function blockOf(standing: Standing, resource: string | null): SendBlock {
+  const code = codeOf(standing)
+  return code === 'lease.required' && resource !== DEFAULT_RESOURCE ? { code, message: `Take control of ${resource}.` } : { code }
 }
 
 function codeOf({ me, lease }: Standing): string {

@@ -169,7 +169,7 @@ describe('commands', () => {
     met.peer.channel('gripper').opens()
     met.robot.watches(met.me, 'gripper', 'arm')
     met.control.requestLease('motion')
-    expect(gripper.sendBlocked.get()).toEqual({ code: 'lease.required' })
+    expect(gripper.sendBlocked.get()).toEqual({ code: 'lease.required', message: 'Take control of arm.' })
     met.control.requestLease('arm')
     expect(gripper.sendJson({})).toBe(true)
     expect(met.robot.commands).toMatchObject([{ isAccepted: true, frame: { epoch: met.robot.epochOf('arm') } }])

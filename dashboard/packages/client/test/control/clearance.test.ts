@@ -33,6 +33,11 @@ test('before the robot has said what it knows, what needs a lease is blocked', (
   expect(clearanceFor(null, standing({ availability: 'unknown' })).block).toBeNull()
 })
 
+test('of a lease with a name of its own it is said which one to take', () => {
+  const arm = entry('arm', { safety: { requires_lease: true, resource: 'arm' } })
+  expect(clearanceFor(arm, standing()).block).toEqual({ code: 'lease.required', message: 'Take control of arm.' })
+})
+
 test('a stop blocks what moves without a lease too, and nothing else', () => {
   const isStopped = true
   expect(clearanceFor(entry('horn', { safety: { timeout_s: 1 } }), standing({ isStopped })).block?.code).toBe('safety.stopped')

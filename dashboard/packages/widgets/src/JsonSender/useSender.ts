@@ -1,6 +1,7 @@
-import { reasonOf, type Refusal, type SendBlock } from '@mosaic/client'
+import type { Refusal } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { useState } from 'react'
+import { blockedText } from '../stores/blockedText'
 import { isGuarded, refuses, sends, type AnyStore } from '../stores/storeKinds'
 import { refusalText } from '../control/controlText'
 
@@ -45,12 +46,6 @@ export function useSender(store: AnyStore, hint = ''): Sender {
     },
     fail: (problem) => setSaid({ tone: 'bad', text: problem, after: refusal }),
   }
-}
-
-/** Nothing leaves the page now: somebody else commands, or the robot is stopped. */
-function blockedText({ code }: SendBlock): string {
-  const { sentence, cure } = reasonOf(code)
-  return `${sentence} ${cure}`.trim()
 }
 
 function sentText(isAccepted: boolean, isAway: boolean): string {

@@ -1,11 +1,12 @@
 import { Button } from '@mantine/core'
-import { reasonOf, type MosaicError, type SendBlock } from '@mosaic/client'
+import type { MosaicError } from '@mosaic/client'
 import { useReadable, useRequest } from '@mosaic/react'
 import { IconMessageQuestion, IconX } from '@tabler/icons-react'
 import { MessageEditor } from '../form/MessageEditor'
 import { useMessageDraft } from '../form/useMessageDraft'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { fieldValues, formatted } from '../schema/messageFields'
+import { blockedText } from '../stores/blockedText'
 import { isGuarded } from '../stores/storeKinds'
 import { wholeSentence } from '../stores/wholeSentence'
 import classes from './RequestPanel.module.css'
@@ -79,10 +80,4 @@ function stateText(phase: string, progress: unknown, error: MosaicError | null):
   if (phase !== 'asking') return 'Ctrl+Enter asks'
   const fields = fieldValues(undefined, progress)
   return fields.map(({ name, unit, value }) => `${name} ${formatted(value, unit, true)} ${unit}`.trim()).join(', ') || 'Asked'
-}
-
-/** Nothing leaves the page now: somebody else commands, or the robot is stopped. */
-function blockedText({ code }: SendBlock): string {
-  const { sentence, cure } = reasonOf(code)
-  return `${sentence} ${cure}`.trim()
 }
