@@ -74,7 +74,7 @@ async def holds_position(rig: Rig, subject: DrilledReceiver) -> Passed:
     for field in stream.command.positions:
         place = stream.command.at(stream.command.message, field)
         sent = max((stream.command.at(act.value, field) for act in acts), key=lambda value: abs(value - place))
-        _check(field, place, sent, 1e-9 * max(1.0, abs(place)), "sent")
+        _check(field, place, sent, 1e-9 * max(1.0, abs(place)), "sent", odd)
         for value in reported[field]:
             _check(field, place, value, min(errors[field], _error_at(place)), "moved", odd)
     places = {field: stream.command.at(stream.command.message, field) for field in stream.command.positions}
