@@ -131,8 +131,9 @@ class MosaicStore:
         end = listen(lambda value: None if arrival.done() else arrival.set_result(value))
         try:
             async with asyncio.timeout(timeout_s):
+                before = self.state  # one that is closed may be opened by the connection that is being made
                 while not arrival.done():
-                    self._raise_if_over()
+                    self._raise_if_over(before)
                     await self._arrived_or_changed(arrival)
                 return arrival.result()
         except TimeoutError:
@@ -153,10 +154,10 @@ class MosaicStore:
         finally:
             change.cancel()
 
-    def _raise_if_over(self) -> None:
-        """Nothing comes any more."""
+    def _raise_if_over(self, before: StoreState) -> None:
+        """Nothing comes any more: it has been closed since ``before``."""
         self._raise_if_hopeless()
-        if self.state.phase == "closed":
+        if self.state.phase == "closed" and self.state is not before:
             text = self.state.message or reason("peer.closed").sentence
             raise ConnectionFailed(text, code=self.state.code or "peer.closed", cure=self.state.cure)
 

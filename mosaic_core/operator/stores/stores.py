@@ -74,8 +74,8 @@ class ReceivableStore(MosaicStore):
                 self._tasks.start(self._guarded(result))
 
     async def next_message(self, timeout_s: float = 10.0) -> Received:
-        """The next message that arrives. Raises :class:`ConnectionFailed` where the connection is over, or the robot
-        has nothing under this label, and :class:`TimeoutError`."""
+        """The next message that arrives. Raises :class:`ConnectionFailed` where the connection ends meanwhile, or
+        the robot has nothing under this label, and :class:`TimeoutError`."""
         return await self._first_of(self._each, "message", timeout_s)
 
     def messages(self) -> AsyncIterator[Received]:

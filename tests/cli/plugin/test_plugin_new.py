@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 import yaml
 
+from mosaic_core.cli.plugin import scaffold
 from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
 from mosaic_core.runtime.widgets.widget_modules import exports_of
 from mosaic_core.testing import build
@@ -200,6 +201,7 @@ NASTY = [
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_name_hides_what_its_modules_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     """The connectors of each are made, of each of its modules."""
+    monkeypatch.setattr(scaffold, "find_spec", lambda name: None)  # a folder of other tests may have this name
     for name in NASTY:
         new = NewPlugin(name, kind)
         new.write(tmp_path / name)

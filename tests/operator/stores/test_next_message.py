@@ -35,8 +35,17 @@ async def test_nothing_is_waited_for_once_the_connection_is_over(store: Receivab
     with pytest.raises(ConnectionFailed) as caught:
         await waiting
     assert caught.value.code == "peer.closed"
-    with pytest.raises(ConnectionFailed):
-        await store.next_message()
+    with pytest.raises(TimeoutError, match=r"within 0\.01 s; it is closed$"):
+        await store.next_message(0.01)
+
+
+async def test_a_store_that_is_closed_may_be_opened_by_the_next_connection(store: ReceivableStore) -> None:
+    store.closed()
+    waiting = asyncio.create_task(store.next_message())
+    await asyncio.sleep(0)
+    store.opened()
+    store.notify_subscribers(b"x", MessageInfo(0.0))
+    assert (await waiting).data == b"x"
 
 
 async def test_what_the_robot_does_not_have_is_told_at_once(store: ReceivableStore) -> None:

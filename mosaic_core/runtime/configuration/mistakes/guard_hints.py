@@ -34,6 +34,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         yield from _unasked(one, handler)
         yield from _unbounded(one, handler)
         yield from _in_degrees(one, handler)
+        yield from _unheard(one, handler)
         yield from _unkept(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
@@ -56,6 +57,21 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         cure = "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
         if message_type in (str, bytes):
             cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
+        yield one.problem(message, "safety", cure=cure)
+
+
+def _unheard(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """It has a safe action, and moves nothing that a stop would concern."""
+    kind, safety = type(handler), one.safety
+    has_action = kind.make_safe is not DataChannelReceivable.make_safe and not isinstance(handler, RequestHandler)
+    is_guarded = timeout_of(safety, handler) is not None or resource_of(safety, handler) is not None
+    has_fields = handler.motion_fields or handler.position_fields or bounds_of(handler, safety)
+    if has_action and says_motion(kind) and not is_guarded and not has_fields:
+        message = (
+            f"connector '{one.config.label}' has a make_safe, which no stop and no silence calls: it runs when its "
+            "commander leaves alone"
+        )
+        cure = f"write timeout_s or requires_lease = True in {kind.__name__}{standing_at(kind)}, and a stop concerns it"
         yield one.problem(message, "safety", cure=cure)
 
 

@@ -120,7 +120,7 @@ def test_a_time_out_of_the_file_after_which_nothing_happens_is_told() -> None:
         (Text, {}, "it takes no JSON messages, so it can't: let it stop quickly by itself"),
         (Lamp, {}, None),
         (Named, {"timeout_s": 0.3}, None),
-        (SaysSo, {}, None),
+        (SaysSo, {"timeout_s": 0.3}, None),
         (Joint, {}, None),
         (Arm, {}, None),
         (Rover, {}, "bound and slow it down in its own code; a stop still stops it"),
@@ -396,3 +396,26 @@ def test_who_drives_a_kept_device_and_does_not_name_its_keeper_is_told() -> None
     )
     line = inspect.getsourcelines(Drives)[1]
     assert hint.cure == f"write self.keeper = self._motor.keeper in Drives ({__file__}:{line})"
+
+
+class Switch(DataChannelReceivable[dict[str, Any]]):
+    motion_fields: ClassVar[tuple[str, ...]] = ()
+
+    def make_safe(self, cause: str) -> None:
+        """Switches off."""
+
+
+class LeasedSwitch(Switch):
+    requires_lease = True
+
+
+class Lamp(DataChannelReceivable[dict[str, Any]]):
+    motion_fields: ClassVar[tuple[str, ...]] = ()
+
+
+@pytest.mark.parametrize(("kind", "is_told"), [(Switch, True), (LeasedSwitch, False), (Lamp, False)])
+def test_a_safe_action_that_no_stop_calls_is_told(kind: type[Any], is_told: bool) -> None:
+    one: Any = Place()
+    hints = [hint for hint in guard_hints(one, (kind("it"),)) if "has a make_safe" in hint.message]
+    assert bool(hints) is is_told
+    assert all(hint.cure.startswith("write timeout_s or requires_lease = True in Switch (") for hint in hints)
