@@ -17,7 +17,7 @@ const ENTRY: CatalogueEntry = {
   delivery: 'reliable',
   widget: 'request',
   messageSchema: { properties: { duration_s: { type: 'number', default: 3 } } },
-  answerSchema: { properties: { nearest_m: { type: 'number' } } },
+  answerSchema: { properties: { nearest_m: { type: 'number' }, steps: { type: 'array' }, ids: { type: 'array' } } },
 }
 
 interface Sent {
@@ -62,6 +62,16 @@ test('the question comes from the schema, the answer is shown by its own', async
   await says({ answer: { nearest_m: 1.25 } })
   expect(screen.getByLabelText('Answer').textContent).toContain('1.250 m')
   expect(screen.queryByRole('progressbar')).toBeNull()
+})
+
+test('every item of a list in an answer is shown, and of too many how many more there are', async () => {
+  const { says } = shown()
+  await press('Ask')
+  const steps = Array.from({ length: 201 }, (_, number) => ({ step: `s${number}`, passed: number !== 1 }))
+  await says({ answer: { nearest_m: 1, steps, ids: [7, 'x'] } })
+  const items = screen.getAllByRole('listitem').map(({ textContent }) => textContent)
+  expect(items.slice(0, 2)).toEqual(['Step s0, Passed yes', 'Step s1, Passed no'])
+  expect(items.slice(200)).toEqual(['and 1 more', '7', 'x'])
 })
 
 test('a request is taken back by its button, and when the card goes', async () => {

@@ -5,11 +5,14 @@ import { IconMessageQuestion, IconX } from '@tabler/icons-react'
 import { MessageEditor } from '../form/MessageEditor'
 import { useMessageDraft } from '../form/useMessageDraft'
 import type { WidgetProps } from '../registry/WidgetDefinition'
-import { fieldValues, formatted } from '../schema/messageFields'
+import { fieldValues, formatted, type FieldValue } from '../schema/messageFields'
 import { blockedText } from '../stores/blockedText'
 import { isGuarded } from '../stores/storeKinds'
 import { wholeSentence } from '../stores/wholeSentence'
 import classes from './RequestPanel.module.css'
+
+/** Of a list in an answer; a page that shows more shows nothing. */
+const MAX_ITEMS = 200
 
 const NOTHING = { get: () => null, subscribe: () => () => {} }
 
@@ -62,11 +65,32 @@ function Answer({ schema, answer }: { schema: WidgetProps['entry']['answerSchema
       {fields.map((field) => (
         <div key={field.path.join('.')} title={field.description}>
           <dt>{field.name}</dt>
-          <dd>{`${formatted(field.value, field.unit, true)} ${field.unit}`.trim()}</dd>
+          <dd>{Array.isArray(field.value) ? <Items values={field.value} /> : inWords(field)}</dd>
         </div>
       ))}
     </dl>
   )
+}
+
+/** Whoever asks wants all of a list, such as the steps of a test. */
+function Items({ values }: { values: readonly unknown[] }) {
+  const left = values.length - MAX_ITEMS
+  return (
+    <ol className={classes.items}>
+      {values.slice(0, MAX_ITEMS).map((value, index) => (
+        <li key={index}>{fieldValues(undefined, value).map(named).join(', ') || formatted(value, '', true)}</li>
+      ))}
+      {left > 0 && <li>{`and ${left} more`}</li>}
+    </ol>
+  )
+}
+
+function inWords({ value, unit }: FieldValue): string {
+  return `${formatted(value, unit, true)} ${unit}`.trim()
+}
+
+function named(field: FieldValue): string {
+  return `${field.name} ${inWords(field)}`
 }
 
 function percentOf(progress: unknown): number | null {
@@ -78,6 +102,5 @@ function stateText(phase: string, progress: unknown, error: MosaicError | null):
   if (phase === 'failed' && error !== null) return `${wholeSentence(error.message)} ${error.cure}`.trim()
   if (phase === 'answered') return 'Answered'
   if (phase !== 'asking') return 'Ctrl+Enter asks'
-  const fields = fieldValues(undefined, progress)
-  return fields.map(({ name, unit, value }) => `${name} ${formatted(value, unit, true)} ${unit}`.trim()).join(', ') || 'Asked'
+  return fieldValues(undefined, progress).map(named).join(', ') || 'Asked'
 }
