@@ -104,7 +104,10 @@ class Keeper:
         told = (self._name, said, hint, again_in(wait_s))
         _log.log(level, "%s: a turn failed: %s%s; the next one comes %s", *told, exc_info=error)
         if not self._has_worked or self.absence is not None:
-            self._tell_away(DeviceGone(f"{self._name} could not be opened: {said}"), wait_s, is_told=True)
+            gone = DeviceGone(f"{self._name} could not be opened: {said}")
+            if not isinstance(error, OSError):
+                gone.code = "plugin.failed"  # whoever reads the other one looks for a cable
+            self._tell_away(gone, wait_s, is_told=True)
         return wait_s
 
     def worked(self) -> None:
@@ -212,7 +215,7 @@ def _standing_at(function: Callable[..., object]) -> str:
 def _alone(gone: DeviceGone) -> DeviceGone:
     """The same words, to be kept: without a traceback and a cause, which keep what was half opened."""
     copy = DeviceGone(gone.message)
-    copy.cure = gone.cure
+    copy.cure, copy.code = gone.cure, gone.code
     return copy
 
 

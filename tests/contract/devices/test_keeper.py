@@ -140,6 +140,16 @@ def test_a_turn_that_is_wrong_is_told_and_followed_by_another_one(
     assert said in str(told.exc_info)
 
 
+@pytest.mark.parametrize(
+    ("error", "code"), [(AttributeError("no"), "plugin.failed"), (OSError("no port"), "plugin.no_device")]
+)
+def test_a_bug_in_its_opening_is_no_absent_device(error: Exception, code: str) -> None:
+    keeper = Keeper("bus", lambda: None)
+    keeper.broke(error)
+    assert keeper.absence is not None
+    assert keeper.absence.code == code
+
+
 def no_port() -> float:
     raise FileNotFoundError("/dev/ttyUSB9")
 

@@ -17,7 +17,7 @@ export interface SendRowProps {
 export function SendRow({ sender, isReady, onSend, onHold, children }: SendRowProps) {
   return (
     <div className={classes.foot}>
-      <span className={classes.said} role="status" data-tone={sender.said.tone}>
+      <span className={classes.said} role="status" data-tone={sender.said.tone} title={sender.said.text}>
         {sender.said.text}
       </span>
       {children}
