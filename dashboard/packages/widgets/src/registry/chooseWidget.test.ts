@@ -124,6 +124,8 @@ test('every handler of a connector has a card, with the widget that fits it best
 test('what goes both ways is a form where only what operators send is known, and values where only the rest is', () => {
   const both = { dataType: 'json-bi', direction: 'both' } as const
   expect(chosen({ ...both, messageSchema: object('grip'), sentSchema: object('force') })).toBe('json-sender')
+  const standard = { schemaId: 'mosaic/GripperTarget@1', sentSchemaId: 'mosaic/JointState@1' }
+  expect(chosen({ ...both, ...standard, messageSchema: object('position'), sentSchema: object('names') })).toBe('json-sender')
   expect(chosen({ ...both, sentSchema: object('percent', 'voltage_v') })).toBe('battery')
   expect(chosen({ ...both, messageSchema: object('percent', 'voltage_v') })).not.toBe('battery')
 })

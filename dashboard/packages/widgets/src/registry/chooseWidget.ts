@@ -18,13 +18,18 @@ export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | nu
   const { id, schema } = messageFor(widget, entry)
   if (accepts.numbers === true && !mayHaveNumbers(schema)) return null
   if (entry.widget !== undefined && [widget.id, ...(accepts.hints ?? [])].includes(entry.widget)) return 'hint'
+  // Whoever only sees what it sends could not command it.
+  if (isDescribedBothWays(entry)) return accepts.bothWays === true ? 'schema' : 'possible'
   if (id !== undefined && accepts.schemas?.includes(id) === true) return 'message'
   if (accepts.connectorTypes?.includes(entry.type) === true) return 'type'
   if (accepts.fields?.some((paths) => hasPaths(schema, paths)) === true) return 'schema'
-  if (accepts.bothWays === true && entry.messageSchema !== undefined && entry.sentSchema !== undefined) return 'schema'
   if (accepts.anything === true) return 'anything'
   // Without a schema nobody can say that it doesn't fit.
   return schema === undefined ? 'possible' : null
+}
+
+function isDescribedBothWays({ dataType, messageSchema, sentSchema }: CatalogueEntry): boolean {
+  return dataType === 'json-bi' && messageSchema !== undefined && sentSchema !== undefined
 }
 
 /** Of a connector that goes both ways: what the robot sends, for a widget that shows it, else what operators send. */
