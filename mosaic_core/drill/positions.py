@@ -88,10 +88,8 @@ async def _bring_elsewhere(stream: CommandStream) -> tuple[dict[str, float], str
     command, safety = stream.command, stream.subject.safety
     ways: dict[str, tuple[float, float]] = {}
     for field in command.positions:
-        its, place = safety.limits_on(field), command.at(command.message, field)
-        low = max((one.min for one in its if one.min is not None), default=-math.inf)
-        high = min((one.max for one in its if one.max is not None), default=math.inf)
-        ways[field] = place, elsewhere(place, low, high)
+        place = command.at(command.message, field)
+        ways[field] = place, elsewhere(place, *safety.range_of(field))
     for step in range(1, STEPS + 1):
         stream.command = command.placed(_on_the_way(ways, step / STEPS).get)
         stream.say()

@@ -48,8 +48,8 @@ class CommandShaper:
         self._envelope = _envelope_of(handler, safety) if safety.has_fields else None
         self._defaults: MotionDefaults | None = None
         if self._envelope is not None:
-            its = (self._reader.schema(), self._envelope.fields, self._envelope.positions, safety.lists)
-            self._defaults, self._whole = MotionDefaults(*its), WholeNumbers(*its)
+            its = self._reader.schema(), self._envelope.fields, self._envelope.positions
+            self._defaults, self._whole = MotionDefaults(*its, safety.lists), WholeNumbers(*its, safety)
         self._bounds = UnsaidBounds(message_type_of(type(handler)), safety.limits)
         self._fired = fired
         self._shaped_after = fired()

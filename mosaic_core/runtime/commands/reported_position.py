@@ -33,18 +33,12 @@ class ReportedPosition:
         if not is_finite:
             return None
         place = float(said)
-        low, high = self._range_of(field)
-        if low - (high - low) <= place <= high + (high - low):
+        low, high = self._safety.range_of(field)
+        width = high - low
+        if not 0 < width < math.inf or low - width <= place <= high + width:
             return place
         where = f"says {place:g} of '{field}', far outside of its range {low:g} … {high:g}"
         raise self._wrong(where, "Return it in the unit of the message, or bring it back by hand.")
-
-    def _range_of(self, field: str) -> tuple[float, float]:
-        """Unbounded where only one end is known."""
-        limits = self._safety.limits_on(field)
-        low = max((one.min for one in limits if one.min is not None), default=-math.inf)
-        high = min((one.max for one in limits if one.max is not None), default=math.inf)
-        return (low, high) if math.isfinite(high - low) and low < high else (-math.inf, math.inf)
 
     def _wrong(self, what: str, cure: str) -> MosaicError:
         kind = type(self._handler)

@@ -5,26 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from mosaic_core.contract.message_schema import alternatives_of, nodes_on
 from mosaic_core.machines.commands.message_numbers import put, value_at
-from mosaic_core.machines.commands.number_list import NumberList
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 
 class WholeNumbers:
     """The fields of one receiver that are whole numbers. ``schema``: the JSON Schema of its messages; ``velocities``,
-    which are rounded towards 0, and ``positions``: dotted paths; ``lists``: where positions stand in lists."""
+    which are rounded towards 0, and ``positions``, which stay in their ranges: dotted paths."""
 
     def __init__(
-        self,
-        schema: Mapping[str, Any],
-        velocities: Iterable[str],
-        positions: Iterable[str],
-        lists: Iterable[NumberList],
+        self, schema: Mapping[str, Any], velocities: Iterable[str], positions: Iterable[str], safety: ReceiverSafety
     ) -> None:
         ways: dict[str, Callable[[float], int]] = dict.fromkeys(velocities, math.trunc)
-        ways |= dict.fromkeys((*positions, *(one.path for one in lists)), round)
+        ways |= {field: partial(_rounded, safety.range_of(field)) for field in positions}
+        ways |= {one.path: partial(_rounded, safety.range_of(one.every)) for one in safety.lists}
         paths = ((tuple(field.split(".")), whole) for field, whole in ways.items())
         self._fields = [(path, whole) for path, whole in paths if _is_whole(schema, path)]
 
@@ -40,6 +38,14 @@ class WholeNumbers:
                     value = [one if one == other else whole(one) for one, other in pairs]
                 put(shaped, limited, path, value if isinstance(value, list) or value == wish else whole(value))
         return shaped
+
+
+def _rounded(within: tuple[float, float], value: float) -> int:
+    low, high = within
+    whole = round(value)
+    if whole > high:
+        return math.floor(high)
+    return math.ceil(low) if whole < low else whole
 
 
 def _is_whole(schema: Mapping[str, Any], path: tuple[str, ...]) -> bool:

@@ -7,6 +7,9 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
+MANY_FILES = 10_000
+"""A link to a whole disk would be looked at for minutes."""
+
 
 def doubt_about(folder: Path, config: Path) -> str:
     """Why code in ``folder`` may be another user's than the author's of ``config``; empty if nothing speaks for that.
@@ -16,7 +19,9 @@ def doubt_about(folder: Path, config: Path) -> str:
     if os.name != "posix":
         return ""
     trusted = {0, os.geteuid(), *([config.stat().st_uid] if config.exists() else [])}
-    for path in _everything_in(folder):
+    for number, path in enumerate(_everything_in(folder)):
+        if number == MANY_FILES:
+            return f"{folder} leads to more than {MANY_FILES} files, too many to look at each"
         if not path.exists():  # a link to nothing
             continue
         status = path.stat()

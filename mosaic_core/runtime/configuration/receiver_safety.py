@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,6 +48,12 @@ class ReceiverSafety:
         own = [limit for limit in self.limits if field in limit.fields]
         its = next((one for one in self.lists if one.holds(field)), None)
         return own or [limit for limit in self.limits if its is not None and its.every in limit.fields]
+
+    def range_of(self, field: str) -> tuple[float, float]:
+        """The least and the greatest value of a field; infinite where nothing bounds it."""
+        limits = self.limits_on(field)
+        low = max((one.min for one in limits if one.min is not None), default=-math.inf)
+        return low, min((one.max for one in limits if one.max is not None), default=math.inf)
 
     @property
     def has_fields(self) -> bool:

@@ -71,6 +71,13 @@ def test_a_position_is_rounded_and_gets_there() -> None:
     assert places == [1, 1, 1, 1, 2, 2, 2, 2, 2], "0.6, 0.9, 1.2, 1.49…, 1.8, 2"
 
 
+@pytest.mark.parametrize(("wish", "place"), [(99, 8), (-99, 1)])
+def test_a_position_is_not_rounded_out_of_its_range(wish: int, place: int) -> None:
+    limits = {"place": {"min": 0.5, "max": 8.5, "max_rate_per_s": 1000}}
+    fed = feed(build(MoverConfigurer, safety={"limits": limits}), [{"place": wish}])
+    assert [one.place for one in fed.accepted] == [place]
+
+
 def test_the_numbers_of_a_list_are_rounded_each_for_itself() -> None:
     last = taken(*repeated({"places": [2, 0]}, 9))[-1]
     assert last.places == [2, 0]

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from mosaic_core.runtime.configuration import folder_trust
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.folder_trust import doubt_about
@@ -407,6 +408,14 @@ def test_code_that_others_could_have_written_is_not_run(
     (config.parent / place).chmod(0o777)
     refusal = connectors_beside(config).refusal
     assert refusal == f"{config.parent / place} can be written by other users than its owner (chmod go-w)"
+
+
+def test_a_link_to_more_than_anybody_looks_at_is_doubted(config: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(folder_trust, "MANY_FILES", 2)
+    folder = config.parent / "connectors"
+    for number in range(3):
+        (folder / f"data{number}").touch()
+    assert doubt_about(folder, config) == f"{folder} leads to more than 2 files, too many to look at each"
 
 
 def test_what_a_link_leads_to_counts_as_if_it_stood_there(config: Path, tmp_path: Path) -> None:
