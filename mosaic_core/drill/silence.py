@@ -77,9 +77,9 @@ async def leaves(rig: Rig, subject: DrilledReceiver) -> Passed:
     if subject.safety.on_loss == "hold":
         raise NotExercised("on_loss: hold")
     async with moving(rig, subject) as stream:
-        began_s = time.monotonic()
+        last_s, left_s = subject.recorder.began_at_s, time.monotonic()  # its time-out may be over by now: as above
         await stream.who.connection.close()
-        return await _made_safe(stream, began_s, AT_ONCE_S)
+        return await _made_safe(stream, left_s, AT_ONCE_S, at_least_s=last_s - left_s)
 
 
 async def frozen_picture(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -173,13 +173,13 @@ def _fall_time_s(subject: DrilledReceiver) -> float:
 async def _made_safe(
     stream: CommandStream, since_s: float, limit_s: float, cause: str = "", at_least_s: float = 0.0
 ) -> Passed:
-    """How long after ``since_s``, and no sooner than ``at_least_s``, the safe action had returned; and nothing moved it
-    again."""
+    """How long after ``since_s``, and no sooner than ``at_least_s`` (below zero: it may have been before), the safe
+    action had returned; and nothing moved it again."""
     safe = await safe_act(stream.subject, since_s + at_least_s, limit_s, cause)
     await asyncio.sleep(TOLERANCE_S / 2)
     if any(stream.moves(act) for act in stream.subject.recorder.commands_after_safe(cause)):
         raise ExerciseFailed("it was moved again after its safe action")
-    return in_time(safe.at_s - since_s, limit_s, why=safe.cause)
+    return in_time(max(0.0, safe.at_s - since_s), limit_s, why=safe.cause)
 
 
 async def safe_act(subject: DrilledReceiver, since_s: float, limit_s: float, cause: str = "") -> Act:

@@ -531,6 +531,26 @@ def test_positions_are_told_in_one_line(places: dict[str, float], words: str) ->
     assert in_words(places) == words
 
 
+@pytest.mark.parametrize("exercise", ["leaves", "holds-position"])
+async def test_whoever_leaves_after_the_time_out_of_a_last_command_leaves_it_safe(
+    exercise: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where a busy machine keeps the drill waiting: nothing more is done then."""
+
+    class Quick(Arm):
+        timeout_s = 0.1
+
+    drive = CommandStream.drive
+
+    async def kept_waiting(stream: CommandStream, for_s: float) -> None:
+        await drive(stream, for_s)
+        time.sleep(0.3)  # noqa: ASYNC251 - it is the loop that waits
+
+    monkeypatch.setattr(CommandStream, "drive", kept_waiting)
+    found = (await findings(arm(Quick, min=5, max=120), only=(exercise,)))[exercise]
+    assert found.verdict == "passed", found
+
+
 async def test_a_live_drill_leaves_an_arm_where_it_is() -> None:
     found = await findings(arm(min=5, max=120, max_rate_per_s=90), live=True, only=("tells-position", "holds-position"))
     assert (found["tells-position"].verdict, found["tells-position"].measured) == ("passed", "angle_deg = 60")
