@@ -39,9 +39,17 @@ class OwnBrowser:
 
 
 @pytest.fixture
-def own_browser(playwright: Playwright, chromium: str, quiet_words: list[str], tmp_path: Path) -> Iterator[OwnBrowser]:
+def own_browser(
+    playwright: Playwright, whole_chromium: str, quiet_words: list[str], tmp_path: Path
+) -> Iterator[OwnBrowser]:
     port = free_port()
-    words = [chromium, *quiet_words, f"--user-data-dir={tmp_path}", f"--remote-debugging-port={port}", "about:blank"]
+    words = [
+        whole_chromium,
+        *quiet_words,
+        f"--user-data-dir={tmp_path}",
+        f"--remote-debugging-port={port}",
+        "about:blank",
+    ]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     wait_for(lambda: is_listening(port), "the browser takes connections", alive=process)
     yield OwnBrowser(process, playwright.chromium.connect_over_cdp(f"http://127.0.0.1:{port}"))
