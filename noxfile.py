@@ -36,7 +36,8 @@ TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path 
 CORES = os.cpu_count() or 1
 WORKERS = 2 * CORES + 1
 """More processes than processors, as half of these tests wait for somebody's patience to end."""
-SIDE_BY_SIDE = ("-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reorder")
+BROWSERS = min(CORES, 4)
+"""A browser, its robot and its server keep two processors busy now and then, and one on the whole."""
 COMPUTING = ("architecture", "contract", "distributions", "docs", "machines", "messages", "words")
 """Folders of tests that wait for nobody, but for those of real peers there: they may get what others leave."""
 IS_WHOLE = {"tests", "e2e"} <= set(sys.argv)
@@ -65,22 +66,22 @@ def tests(session: nox.Session) -> None:
         return
     ros(session)
     if _may_make_networks():
-        _test(session, "not e2e", *SIDE_BY_SIDE, *left, "--own-networks")
+        _test(session, "not e2e", *_side_by_side(WORKERS), *left, "--own-networks")
     else:
-        _test(session, f"not e2e and not ({REAL_PEERS})", *SIDE_BY_SIDE, *left)
+        _test(session, f"not e2e and not ({REAL_PEERS})", *_side_by_side(WORKERS), *left)
         _test(session, f"not e2e and ({REAL_PEERS})", files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session
 def e2e(session: nox.Session) -> None:
-    """A real Chromium against the real server and simulated robots: one process, as a browser, its robot and its server
-    keep two processors busy now and then. In a run with `tests` too, tests that only compute take what they leave."""
+    """A real Chromium against the real server and simulated robots, :data:`BROWSERS` of each side by side. In a run
+    with `tests` too, tests that only compute take what they leave."""
     _build_dashboard(session)
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
     with _beside(session, _computing_tests()) if IS_WHOLE else nullcontext():
-        _test(session, "e2e", "--tb=native", files=_with_mark("e2e"))
+        _test(session, "e2e", *_side_by_side(BROWSERS), "--tb=native", files=_with_mark("e2e"))
 
 
 @nox.session
@@ -250,6 +251,10 @@ def _computing_tests() -> list[str]:
     """What runs them at the lowest priority, with patience."""
     words = ["nice", "-n", "19", PYTHON, "-m", "pytest", "--timeout=600", "-n", str(CORES), "--dist", "loadscope"]
     return [*words, *_computing()]
+
+
+def _side_by_side(workers: int) -> tuple[str, ...]:
+    return "-n", str(workers), "--dist", "loadscope", "--no-loadscope-reorder"
 
 
 def _test(session: nox.Session, marks: str, *options: str, files: Sequence[str] = ()) -> None:

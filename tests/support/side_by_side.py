@@ -8,6 +8,9 @@ from xdist.scheduler import LoadScopeScheduling
 ONE_BY_ONE = "tests/webrtc/original/"
 """Every test there makes its own robot; elsewhere those of a module share one, and stay together."""
 LONGEST_FIRST = (
+    "test_own_page",
+    "test_accessibility",
+    "test_site_in_chromium",
     "test_sim_demo_whole",
     "test_operator_command",
     "test_whole_system",
