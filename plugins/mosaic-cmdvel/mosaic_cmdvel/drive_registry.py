@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
@@ -16,8 +17,10 @@ class DriveNotFound(ValueError):
     """The wanted drive type can't be used; the text names the culprit and the cure."""
 
 
+@cache
 def installed_drives() -> tuple[EntryPoint, ...]:
-    """One entry per drive type and distribution, by name."""
+    """One entry per drive type and distribution, by name; looked up once in a process, as that reads a file of every
+    distribution."""
     found = {(entry.name, _distribution(entry), entry.value): entry for entry in entry_points(group=GROUP)}
     return tuple(found[key] for key in sorted(found))
 
