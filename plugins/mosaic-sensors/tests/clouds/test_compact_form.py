@@ -74,14 +74,29 @@ def test_name_time_intensity_and_colour_travel_along() -> None:
     [
         (np.array([7, 255, 0], np.uint8), [7, 255, 0]),
         (np.array([3.0, 3.0, 3.0]), [3, 3, 3]),
+        (np.array([-4.5, -4.5, -4.5]), [-4.5, -4.5, -4.5]),
         (np.array([np.nan, 0.0, 10.0]), [0, 0, 10]),
+        (np.array([np.inf, -10.0, 245.0]), [0, -10, 245]),
+        (np.array([-np.inf, -10.0, 245.0]), [0, -10, 245]),
+        (np.array([-1e300, 0.0, 1e300]), [-3e38, 0, 3e38]),
         (np.array([True, False, True]), [1, 0, 1]),
     ],
 )
 def test_bytes_stay_bytes_and_odd_intensities_are_taken(values: Any, back: list[float]) -> None:
     read = decoded(encoded(cloud_of(np.eye(3), intensity=values)).plain()).intensity
     assert read is not None
-    assert sorted(read.tolist()) == pytest.approx(sorted(back))
+    level = (max(back) - min(back)) / 255
+    assert sorted(read.tolist()) == pytest.approx(sorted(back), rel=1e-6, abs=0.501 * level)
+
+
+@given(arrays.arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6)))
+def test_an_intensity_comes_back_within_half_a_level_and_its_ends_as_they_are(values: Any) -> None:
+    cloud = cloud_of(np.arange(3 * len(values)).reshape(-1, 3), intensity=values)
+    read = decoded(encoded(cloud, 1.0).plain()).intensity
+    assert read is not None
+    level, rounding = (values.max() - values.min()) / 255, 1e-6 * np.abs(values).max()
+    assert np.abs(read - values).max() <= level / 2 + rounding
+    assert (read.min(), read.max()) == pytest.approx((values.min(), values.max()), abs=rounding)
 
 
 def test_a_wide_cloud_takes_four_bytes_and_what_is_beyond_them_is_left_out() -> None:
