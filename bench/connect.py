@@ -134,10 +134,12 @@ async def python_attempt(site: Site, access_token: str) -> Firsts:
 
 
 async def browser_attempt(site: Site, page: Page) -> Firsts:
-    """A person on the list of robots, signed in, clicks on the one that is online."""
+    """A person on the list of robots, signed in, clicks on the one that is online after having looked at it for a
+    moment: what the page fetches beforehand has come by then."""
     await page.goto(site.url)
     robot = page.get_by_role("link").filter(has_text=ROBOT_NAME)
     await robot.get_by_text("Online", exact=True).wait_for()
+    await page.wait_for_load_state("networkidle")
     await page.evaluate(OBSERVER)
     await robot.click()
     await page.wait_for_function("() => window.firsts.frame && window.firsts.data", polling=100)

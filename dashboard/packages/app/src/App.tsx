@@ -3,6 +3,7 @@ import { useMosaicClient, useReadable } from '@mosaic/react'
 import { lazy, Suspense, useState } from 'react'
 import { Navigate, Route, Routes, useLocation } from 'react-router-dom'
 import { PageBoundary } from './PageBoundary'
+import { loadRobotPage } from './robot/loadRobotPage'
 import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
 import { failureOf } from '@mosaic/widgets'
@@ -15,8 +16,7 @@ import { SHARE_PATH } from './share/sharePath'
 
 const CheckPage = lazy(() => import('./check/CheckPage'))
 const SharePage = lazy(() => import('./share/SharePage'))
-// With every widget: whoever signs in or chooses a robot doesn't wait for them.
-const RobotPage = lazy(() => import('./robot/RobotPage').then((page) => ({ default: page.RobotPage })))
+const RobotPage = lazy(() => loadRobotPage().then((page) => ({ default: page.RobotPage })))
 
 export interface AppProps {
   /** The code that the page was opened with. */

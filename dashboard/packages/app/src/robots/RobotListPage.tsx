@@ -5,6 +5,7 @@ import { type Failure, failureOf, lazyDialog } from '@mosaic/widgets'
 import { IconChevronRight, IconDeviceMobile, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
 import { useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
+import { loadRobotPage } from '../robot/loadRobotPage'
 import { Shell } from '../shell/Shell'
 import { useServerAway } from '../shell/useServerAway'
 import { useTitle } from '../shell/useTitle'
@@ -18,6 +19,7 @@ const SharePhoneDialog = lazyDialog(() => import('./SharePhoneDialog'))
 export function RobotListPage() {
   useTitle('Robots')
   const robots = useRobots()
+  useRobotPageSoon(robots.length > 0)
   const { isLoading, failure, refresh } = useRefresh()
   const [search, setSearch] = useState('')
   const [isAdding, setIsAdding] = useState(false)
@@ -153,6 +155,13 @@ function Loading() {
 function summary(robots: readonly RobotSummary[]): string {
   const online = robots.filter((robot) => robot.isOnline).length
   return robots.length === 0 ? ' ' : `${online} of ${robots.length} online`
+}
+
+/** Fetches the page of a robot beforehand. What fails here is fetched again, and told, when somebody chooses one. */
+function useRobotPageSoon(isWanted: boolean) {
+  useEffect(() => {
+    if (isWanted) loadRobotPage().catch(() => undefined)
+  }, [isWanted])
 }
 
 function useRefresh() {
