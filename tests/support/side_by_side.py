@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-ONE_BY_ONE = "tests/webrtc/original/"
+ONE_BY_ONE = ("tests/webrtc/original/", "tests/drill/")
 """Every test there makes its own robot; elsewhere those of a module share one, and stay together."""
 LONGEST_FIRST = (
     "test_own_page",
