@@ -3,7 +3,6 @@ import { useMosaicClient, useReadable } from '@mosaic/react'
 import { lazy, Suspense, useState } from 'react'
 import { Navigate, Route, Routes, useLocation } from 'react-router-dom'
 import { PageBoundary } from './PageBoundary'
-import { loadRobotPage } from './robot/loadRobotPage'
 import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
 import { failureOf } from '@mosaic/widgets'
@@ -16,6 +15,8 @@ import { SHARE_PATH } from './share/sharePath'
 
 const CheckPage = lazy(() => import('./check/CheckPage'))
 const SharePage = lazy(() => import('./share/SharePage'))
+// With every widget: whoever only signs in doesn't wait for it, whoever looks at a list with robots has it when he chooses one.
+const loadRobotPage = () => import('./robot/RobotPage')
 const RobotPage = lazy(() => loadRobotPage().then((page) => ({ default: page.RobotPage })))
 
 export interface AppProps {
@@ -55,7 +56,7 @@ export function App({ code }: AppProps) {
     <PageBoundary>
       <Suspense>
         <Routes>
-          <Route path="/" element={<RobotListPage />} />
+          <Route path="/" element={<RobotListPage fetchRobotPage={loadRobotPage} />} />
           <Route path="/robots/:robotId" element={<RobotPage />} />
           <Route path="/check" element={<CheckPage />} />
           <Route path="*" element={<Navigate to="/" replace />} />

@@ -13,20 +13,23 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from mosaic_core.words.codes import ResultCode
+from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
 from mosaic_server.entrance.request_pace import RequestPace
 from mosaic_server.occupancy_map_files import MAX_PGM_BYTES, MAX_YAML_BYTES
 from mosaic_server.rest.envelope import failure
+from mosaic_server.security.access_tokens import AccessTokenRefused
 from mosaic_server.security.address_prefix import counted_address
+from mosaic_server.services import Services
 from mosaic_server.settings import Settings
 from mosaic_server.web.import_map import import_map_sources
 from mosaic_server.web.origins import host_name, is_address
 
 MAX_BODY_BYTES = 1024 * 1024
 MAX_STRANGERS_BODY_BYTES = 8 * 1024
-STRANGERS_ROUTES = ("/api/v1/account/", "/api/v1/pairing", "/api/v1/robots/auth/")
-"""Nobody need be signed in for them, so that their bodies are read whoever sends them: a megabyte of JSON may cost the
+"""Of whoever isn't signed in: a body is read before its route asks who sends it, and a megabyte of JSON may cost the
 event loop a quarter of a second. What belongs into one is a name, an e-mail, a password."""
+STRANGERS_ROUTES = ("/api/v1/account/", "/api/v1/pairing", "/api/v1/robots/auth/")
+"""Nobody need be signed in for them."""
 MAX_MAP_BODY_BYTES = MAX_PGM_BYTES + MAX_YAML_BYTES + 64 * 1024
 """Of the one route that takes files; beside them it carries a name."""
 MAP_ROUTE = "/api/v1/occupancy_map"
@@ -89,11 +92,15 @@ class Guards:
             await send(message)
 
         try:
-            most_bytes = _most_body_bytes(scope["path"])
-            if _announced_bytes(headers) > most_bytes:
-                await _too_large(scope, receive, watched, most_bytes)
-            else:
+            most_bytes, refused = _most_body_bytes(scope["path"]), None
+            if most_bytes > MAX_STRANGERS_BODY_BYTES and (refused := _refused_token(scope, headers)) is not None:
+                most_bytes = MAX_STRANGERS_BODY_BYTES
+            if _announced_bytes(headers) <= most_bytes:
                 await self._app(scope, _bounded(receive, most_bytes), watched)
+            elif refused is not None:
+                await _signed_out(scope, receive, watched, refused)
+            else:
+                await _too_large(scope, receive, watched, most_bytes)
         finally:
             took_ms = (time.perf_counter() - started_s) * 1000
             path = quote(scope["path"])  # never the query string; quoted, a line break can't forge a line of the log
@@ -134,6 +141,19 @@ def _most_body_bytes(path: str) -> int:
     return MAX_MAP_BODY_BYTES if path == MAP_ROUTE else MAX_BODY_BYTES
 
 
+def _refused_token(scope: Scope, headers: Headers) -> ResultCode | None:
+    """Why whoever sends this is taken for a stranger; ``None``: there is a token that this server has signed, which is
+    all that can be told without the database."""
+    scheme, _, token = headers.get("authorization", "").partition(" ")
+    services = scope["app"].state.services
+    assert isinstance(services, Services)
+    try:
+        services.access_tokens.read(token if scheme.lower() == "bearer" else None)
+    except AccessTokenRefused as error:
+        return error.code
+    return None
+
+
 def _announced_bytes(headers: Headers) -> int:
     announced = headers.get("content-length", "")
     return int(announced) if announced.isdecimal() else 0
@@ -152,6 +172,13 @@ def _bounded(receive: Receive, most_bytes: int) -> Receive:
         return message
 
     return counted
+
+
+async def _signed_out(scope: Scope, receive: Receive, send: Send, why: ResultCode) -> None:
+    code = "auth.required" if why is ResultCode.AUTHENTICATION_FAILED else RESULT_REASONS[why]
+    words = failure(why.name, code, reason(code).sentence)
+    answer = JSONResponse(words, status_code=401, headers={"WWW-Authenticate": "Bearer"})
+    await answer(scope, receive, send)
 
 
 async def _too_large(scope: Scope, receive: Receive, send: Send, most_bytes: int) -> None:

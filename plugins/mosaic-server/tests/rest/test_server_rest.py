@@ -261,6 +261,22 @@ def test_of_somebody_who_need_not_be_signed_in_only_a_small_body_is_read(server:
     assert server.http.post(f"/api/v1/{path}", json=fields).status_code == 413
 
 
+@pytest.mark.parametrize(
+    ("authorization", "code"),
+    [(None, "auth.required"), ("Basic YTpi", "auth.required"), ("Bearer of-somebody-else", "auth.required")],
+)
+def test_of_a_stranger_no_large_body_is_read_at_any_route(server: Any, authorization: str | None, code: str) -> None:
+    """It would be, before the route asks who sends it."""
+    headers = {} if authorization is None else {"Authorization": authorization}
+    nested = {"robotIds": [[]] * 20_000}
+    answer = server.http.post("/api/v1/webrtc/connection", json=nested, headers=headers)
+    assert (answer.status_code, answer.json()["code"]) == (401, code)
+    server.account()
+    known = {"Authorization": f"Bearer {server.log_in()}"}
+    answer = server.http.post("/api/v1/webrtc/connection", json=nested, headers=known)
+    assert (answer.status_code, answer.json()["code"]) == (400, "rest.bad_request")
+
+
 def test_a_body_may_not_be_huge(server: Any) -> None:
     body = b"x" * 1_100_000
     assert server.http.post("/api/v1/account/signup", content=body).status_code == 413

@@ -6,18 +6,17 @@ import userEvent from '@testing-library/user-event'
 import { afterEach, expect, test, vi } from 'vitest'
 import { MemoryRouter } from 'react-router-dom'
 import { PageBoundary } from '../PageBoundary'
-import { loadRobotPage } from '../robot/loadRobotPage'
 import { RobotListPage } from './RobotListPage'
 
 vi.mock('./AddRobotDialog', () => {
   throw new Error('Failed to fetch dynamically imported module')
 })
 
-vi.mock('../robot/loadRobotPage', () => ({ loadRobotPage: vi.fn(() => Promise.reject(new Error('the server is away'))) }))
+const fetchRobotPage = vi.fn(() => Promise.reject(new Error('the server is away')))
 
 afterEach(() => {
   cleanup()
-  vi.mocked(loadRobotPage).mockClear()
+  fetchRobotPage.mockClear()
 })
 
 const ROBOT = { id: 'r', name: 'kitchen-bot', description: '', isOnline: true, status: 2 }
@@ -34,7 +33,7 @@ function showList(robots: readonly (typeof ROBOT)[]) {
       <MosaicProvider client={client as unknown as MosaicClient}>
         <MemoryRouter>
           <PageBoundary>
-            <RobotListPage />
+            <RobotListPage fetchRobotPage={fetchRobotPage} />
           </PageBoundary>
         </MemoryRouter>
       </MosaicProvider>
@@ -45,11 +44,11 @@ function showList(robots: readonly (typeof ROBOT)[]) {
 test('the page of a robot is fetched beforehand once there is one, and it harms nobody that it can’t be', async () => {
   showList([])
   expect(await screen.findByText('No robots yet')).toBeTruthy()
-  expect(loadRobotPage).not.toHaveBeenCalled()
+  expect(fetchRobotPage).not.toHaveBeenCalled()
   cleanup()
   showList([ROBOT])
   expect(await screen.findByText('kitchen-bot')).toBeTruthy()
-  expect(loadRobotPage).toHaveBeenCalledOnce()
+  expect(fetchRobotPage).toHaveBeenCalledOnce()
 })
 
 test('where the dialog for another robot can’t be fetched it says so, and the list stays', async () => {

@@ -5,7 +5,6 @@ import { type Failure, failureOf, lazyDialog } from '@mosaic/widgets'
 import { IconChevronRight, IconDeviceMobile, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
 import { useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
-import { loadRobotPage } from '../robot/loadRobotPage'
 import { Shell } from '../shell/Shell'
 import { useServerAway } from '../shell/useServerAway'
 import { useTitle } from '../shell/useTitle'
@@ -15,11 +14,16 @@ import classes from './robots.module.css'
 const AddRobotDialog = lazyDialog(() => import('./AddRobotDialog'))
 const SharePhoneDialog = lazyDialog(() => import('./SharePhoneDialog'))
 
+export interface RobotListPageProps {
+  /** Is called once there is a robot to choose: its page is then there when somebody does. */
+  fetchRobotPage: () => Promise<unknown>
+}
+
 /** All robots of the account with their live status. */
-export function RobotListPage() {
+export function RobotListPage({ fetchRobotPage }: RobotListPageProps) {
   useTitle('Robots')
   const robots = useRobots()
-  useRobotPageSoon(robots.length > 0)
+  useSoon(fetchRobotPage, robots.length > 0)
   const { isLoading, failure, refresh } = useRefresh()
   const [search, setSearch] = useState('')
   const [isAdding, setIsAdding] = useState(false)
@@ -157,11 +161,11 @@ function summary(robots: readonly RobotSummary[]): string {
   return robots.length === 0 ? ' ' : `${online} of ${robots.length} online`
 }
 
-/** Fetches the page of a robot beforehand. What fails here is fetched again, and told, when somebody chooses one. */
-function useRobotPageSoon(isWanted: boolean) {
+/** Fetches something beforehand. What fails here is fetched again, and told, when somebody needs it. */
+function useSoon(fetch: () => Promise<unknown>, isWanted: boolean) {
   useEffect(() => {
-    if (isWanted) loadRobotPage().catch(() => undefined)
-  }, [isWanted])
+    if (isWanted) fetch().catch(() => undefined)
+  }, [fetch, isWanted])
 }
 
 function useRefresh() {
