@@ -34,7 +34,7 @@ REAL_PEERS = "webrtc or netlab"
 """Tests of real connections."""
 TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path in (ROOT / place).rglob("test_*.py"))
 CORES = os.cpu_count() or 1
-WORKERS = 3 * CORES + 1
+WORKERS = 3 * CORES
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
 BROWSERS = min(CORES, 4)
 """A browser, its robot and its server keep two processors busy now and then, and one on the whole."""
