@@ -109,6 +109,24 @@ def test_a_body_in_crumbs_ends_its_connection(
     assert refused == ["refused a body (it comes in crumbs) from 127.0.0.1"]
 
 
+@pytest.mark.parametrize("line_end", [b"\r\n", b"\n"])
+@pytest.mark.parametrize(("headers", "status"), [(100, b"200"), (101, b"400")])
+def test_a_head_with_too_many_headers_is_not_read(
+    start_server: StartServer, settings: Settings, headers: int, status: bytes, line_end: bytes
+) -> None:
+    lines = [b"GET /healthz HTTP/1.1", b"Host: 127.0.0.1", *[b"a: b"] * (headers - 1), b"", b""]
+    with start_server(settings) as server, dial(server, line_end.join(lines)) as connection:
+        assert connection.recv(12) == b"HTTP/1.1 " + status
+
+
+def test_lines_of_a_body_are_no_headers(start_server: StartServer, settings: Settings) -> None:
+    body = b"{" + b"\n" * 300 + b"}"
+    head = b"POST /api/v1/account/signup HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+    request = head + b"Content-Length: %d\r\n\r\n" % len(body) + body
+    with start_server(settings) as server, dial(server, request) as connection:
+        assert b"rest.bad_request" in connection.recv(4096)
+
+
 def test_a_slow_answer_is_no_silence(start_server: StartServer, settings: Settings) -> None:
     """Time-outs are of the client's part alone: here the answer waits for the turn of its address."""
     bounds = Bounds(header_s=0.2, silence_s=0.2, requests_per_s=1.0, request_burst=1.0)
