@@ -6,6 +6,7 @@ import inspect
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 
+from mosaic_core.contract.declared.code_lines import line_in
 from mosaic_core.contract.host import HandlerHost
 from mosaic_core.words.errors import MosaicError
 
@@ -16,8 +17,7 @@ def refuse_in_async(waits: str, instead: str) -> None:
     frame = sys._getframe(2)
     code = frame.f_code
     if code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
-        place = f"{code.co_filename}:{frame.f_lineno} in {code.co_qualname}"
-        message = f"{waits} in an `async def` would stop the whole robot: {place}."
+        message = f"{waits} in an `async def` would stop the whole robot: {line_in(frame)}."
         cure = f"Write `{instead}` in line {frame.f_lineno}, or make {code.co_name} a `def`, which has its own thread."
         raise MosaicError(f"{message} {cure}", code="plugin.blocks_loop", cure=cure)
 

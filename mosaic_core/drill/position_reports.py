@@ -10,11 +10,12 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, NoReturn, TypeVar
 
+from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.drill.findings import ExerciseFailed
 from mosaic_core.runtime.commands.reported_position import ReportedPosition
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.threads.code_places import explained_error, standing_at
+from mosaic_core.runtime.threads.code_places import explained_error
 from mosaic_core.runtime.threads.handover import on_loop
 from mosaic_core.words.errors import MosaicError
 

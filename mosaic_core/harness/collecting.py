@@ -10,7 +10,8 @@ import math
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, Protocol, TypeVar, cast
 
-from mosaic_core.contract.declared.yielded import hand_over, items_of
+from mosaic_core.contract.declared.code_lines import hand_over
+from mosaic_core.contract.declared.yielded import items_of
 from mosaic_core.contract.handler import (
     AudioTrackHandler,
     DataChannelSendable,

@@ -9,7 +9,7 @@ from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.doctor.unmet_dependencies import unmet_dependencies
 from mosaic_core.harness.building import build
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
+from mosaic_core.ladder.fault import DoesNotApply, Fault, NotJudged
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_attribute, place_of_class, place_of_field
@@ -17,7 +17,7 @@ from mosaic_core.runtime.configuration.plugin_loading import api_version
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.widgets.page_faults import page_faults
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
-from mosaic_core.words.errors import ConfigError, MosaicError
+from mosaic_core.words.errors import CodeLine, ConfigError, MosaicError
 
 _KEBAB = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _MAX_DOCSTRING = 110
@@ -105,10 +105,10 @@ def brings_its_widgets(one: Examinee) -> Iterator[Fault]:
             continue
         for fault in page_faults(module.content.decode(), hint.partition("/")[2]):
             message = f"the page can't load the widget '{hint}': it {fault.message}"
-            yield Fault(message, CodePlace(str(module.path), fault.line))
+            yield Fault(message, CodeLine(str(module.path), fault.line))
 
 
-def _place_of_configure(one: Examinee, what: str) -> CodePlace:
+def _place_of_configure(one: Examinee, what: str) -> CodeLine:
     name = "trial" if what == "its trial" else "example"
     return place_of_attribute(one.configurer, name if name in vars(one.configurer) else "configure")
 
@@ -116,31 +116,31 @@ def _place_of_configure(one: Examinee, what: str) -> CodePlace:
 def has_licence(one: Shipment) -> Iterator[Fault]:
     named = one.metadata.get("License-Expression") or one.metadata.get("License")
     if not named and not any(text.startswith("License ::") for text in one.metadata.get("Classifier", ())):
-        yield Fault("no licence is named", CodePlace(one.metadata_file))
+        yield Fault("no licence is named", CodeLine(one.metadata_file))
 
 
 def has_readme(one: Shipment) -> Iterator[Fault]:
     if not any(text.strip() for text in one.metadata.get("Description", ())):
-        yield Fault("there is no readme", CodePlace(one.metadata_file))
+        yield Fault("there is no readme", CodeLine(one.metadata_file))
 
 
 def names_its_python(one: Shipment) -> Iterator[Fault]:
     if not one.metadata.get("Requires-Python"):
-        yield Fault("it does not say which Python it needs", CodePlace(one.metadata_file))
+        yield Fault("it does not say which Python it needs", CodeLine(one.metadata_file))
 
 
 def finds_its_dependencies(one: Shipment) -> Iterator[Fault]:
     for unmet in unmet_dependencies(one.metadata.get("Requires-Dist", ())):
-        yield Fault(f"{one.source} {unmet.message}: {unmet.cure}", CodePlace(one.metadata_file))
+        yield Fault(f"{one.source} {unmet.message}: {unmet.cure}", CodeLine(one.metadata_file))
 
 
 def is_typed(one: Shipment) -> Iterator[Fault]:
     folders = list(one.folders())
     for folder in folders:
         if not (folder / "py.typed").is_file():
-            yield Fault(f"{folder.name}/py.typed is missing", CodePlace(str(folder)))
+            yield Fault(f"{folder.name}/py.typed is missing", CodeLine(str(folder)))
     if not folders and one.code():
-        yield Fault("a module that stands alone can't carry py.typed", CodePlace(str(one.code()[0])))
+        yield Fault("a module that stands alone can't carry py.typed", CodeLine(str(one.code()[0])))
 
 
 BRONZE = (

@@ -15,7 +15,7 @@ from mosaic_core.contract.handler import DataChannelReceivable, Handler, message
 from mosaic_core.contract.params import CameraLabel, DataLabel
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.laboratory.joining import checked_config, connector
-from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
+from mosaic_core.ladder.fault import Fault, NotJudged
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import line_of_entry, place_of_class, place_of_error, trace_of
 from mosaic_core.ladder.stand_ins import StandInCameraConfigurer, StandInChannelConfigurer
@@ -25,7 +25,7 @@ from mosaic_core.runtime.configuration.handler_problems import named_in
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.threads.slow_code import told_when_slow
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import CodeLine, MosaicError
 
 LABEL = "examined"
 _MAX_DEPTH = 8
@@ -69,11 +69,11 @@ class Examinee:
         return loaded
 
     @property
-    def entry_place(self) -> CodePlace:
+    def entry_place(self) -> CodeLine:
         """Where the entry point is written."""
         tree = self.shipment.tree
         if tree is None:
-            return CodePlace(self.shipment.source)
+            return CodeLine(self.shipment.source)
         return line_of_entry(tree / "pyproject.toml", self.entry_point)
 
     @property
@@ -87,7 +87,7 @@ class Examinee:
         return loaded
 
     @property
-    def place(self) -> CodePlace:
+    def place(self) -> CodeLine:
         return place_of_class(self.configurer)
 
     @property

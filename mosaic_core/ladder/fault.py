@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
+
+from mosaic_core.words.errors import NOWHERE, CodeLine
 
 LadderLevel = Literal["bronze", "silver", "gold"]
 LEVELS: tuple[LadderLevel, ...] = get_args(LadderLevel)
@@ -13,22 +15,12 @@ RuleVerdict = Literal["passed", "failed", "not judged", "does not apply"]
 
 
 @dataclass(frozen=True, slots=True)
-class CodePlace:
-    """Where a fault is: a file and, where one can be named, its line."""
-
-    file: str = ""
-    line: int | None = None
-
-    def __str__(self) -> str:
-        return ":".join(str(part) for part in (self.file, self.line) if part)
-
-
-@dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that breaks a rule. ``trace``: the traceback of an error, for the author."""
+    """One thing that breaks a rule. ``place``: its file and, where one can be named, the line. ``trace``: the traceback
+    of an error, for the author."""
 
     message: str
-    place: CodePlace = field(default_factory=CodePlace)
+    place: CodeLine = NOWHERE
     trace: str = ""
 
 

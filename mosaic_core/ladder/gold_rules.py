@@ -12,13 +12,13 @@ from typing import Any
 import yaml
 
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
+from mosaic_core.ladder.fault import Fault, NotJudged
 from mosaic_core.ladder.garbage import fed_with_garbage
 from mosaic_core.ladder.lives import leftovers, lived
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_class
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import CodeLine, ConfigError
 
 _FENCE = re.compile(r"^```ya?ml[^\n]*\n(.*?)^```", re.DOTALL | re.MULTILINE)
 _BODIES = {"messages", "frames", "sounds", "handle_data", "handle_sound"}
@@ -51,7 +51,7 @@ def is_explained(one: Examinee) -> Iterator[Fault]:
     examples = [found for file, text in pages for found in _examples(file, text, one.connector_type)]
     if not examples:
         file = pages[0][0]
-        yield Fault(f"no YAML block of {Path(file).name} or docs/ has `type: {one.connector_type}`", CodePlace(file))
+        yield Fault(f"no YAML block of {Path(file).name} or docs/ has `type: {one.connector_type}`", CodeLine(file))
     for place, entry in examples:
         params, safety = (entry.get(key) or {} for key in ("params", "safety"))
         try:
@@ -61,7 +61,7 @@ def is_explained(one: Examinee) -> Iterator[Fault]:
             yield Fault(f"the example is refused: {said}", place)
 
 
-def _examples(file: str, text: str, connector_type: str) -> Iterator[tuple[CodePlace, dict[str, Any]]]:
+def _examples(file: str, text: str, connector_type: str) -> Iterator[tuple[CodeLine, dict[str, Any]]]:
     """The entries of this type in the YAML blocks of a page. What comes from the environment is any text."""
     for block in _FENCE.finditer(text):
         source = re.sub(r"\$\{[^}]*\}", "from-the-environment", block[1])
@@ -73,7 +73,7 @@ def _examples(file: str, text: str, connector_type: str) -> Iterator[tuple[CodeP
         for entry in entries if isinstance(entries, list) else []:
             if isinstance(entry, dict) and entry.get("type") == connector_type:
                 at = block.start(1) + max(0, source.find(connector_type))
-                yield CodePlace(file, text.count("\n", 0, at) + 1), entry
+                yield CodeLine(file, text.count("\n", 0, at) + 1), entry
 
 
 def counts_losses(one: Shipment) -> Iterator[Fault]:
@@ -85,7 +85,7 @@ def counts_losses(one: Shipment) -> Iterator[Fault]:
         bodies = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
         for body in (node for node in bodies if node.name in _BODIES):
             for line in _silent_drops(body):
-                yield Fault(f"{body.name} leaves something out and tells nobody", CodePlace(str(file), line))
+                yield Fault(f"{body.name} leaves something out and tells nobody", CodeLine(str(file), line))
 
 
 def _silent_drops(body: ast.AST) -> Iterator[int]:
@@ -111,7 +111,7 @@ def has_wheels(one: Shipment) -> Iterator[Fault]:
         raise NotJudged("it is installed for this machine alone: name its folder, with the wheels in dist/")
     for architecture in ARCHITECTURES:
         if not any(architecture in file.name for file in built):
-            yield Fault(f"there is no wheel for {architecture}", CodePlace(str(one.tree)))
+            yield Fault(f"there is no wheel for {architecture}", CodeLine(str(one.tree)))
 
 
 def _may_be_compiled(tree: Path) -> bool:

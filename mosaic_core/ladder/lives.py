@@ -27,14 +27,14 @@ from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.commands import NoCommand, moving_command, nearest_to
 from mosaic_core.drill.fields import put
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import CodePlace, NotJudged
+from mosaic_core.ladder.fault import NotJudged
 from mosaic_core.ladder.shipment import MAX_FILES
 from mosaic_core.ladder.source_places import place_of_frames
 from mosaic_core.ladder.trial_run import TrialRun, entered, trial_run
 from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
-from mosaic_core.words.errors import DeviceGone, MosaicError
+from mosaic_core.words.errors import CodeLine, DeviceGone, MosaicError
 
 BEGIN_S = 0.6
 """For a first message; a connector that waits for others sends none."""
@@ -65,7 +65,7 @@ class Life:
 
     failures: list[tuple[int, BaseException]] = field(default_factory=list)
     stop_s: float = 0.0
-    stuck: list[CodePlace] = field(default_factory=list)
+    stuck: list[CodeLine] = field(default_factory=list)
 
     @property
     def bugs(self) -> list[tuple[int, BaseException]]:
@@ -124,7 +124,7 @@ def question_for(handler: RequestHandler[Any, Any]) -> bytes:
     return command.payload()
 
 
-def _lines_of_threads(one: Examinee) -> list[CodePlace]:
+def _lines_of_threads(one: Examinee) -> list[CodeLine]:
     """Where the threads of its handlers are just now: the innermost line of its own code on each. An answer has a
     thread of its own, with its number."""
     names = {f"mosaic-{handler.label}" for handler in one.handlers}

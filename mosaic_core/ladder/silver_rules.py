@@ -17,7 +17,7 @@ from mosaic_core.drill.recorder import acts_on_silence
 from mosaic_core.drill.rig import is_request
 from mosaic_core.ladder.absent_devices import absent_device_errors
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.fault import CodePlace, DoesNotApply, Fault, NotJudged
+from mosaic_core.ladder.fault import DoesNotApply, Fault, NotJudged
 from mosaic_core.ladder.live_exercises import hurried, live_failures
 from mosaic_core.ladder.lives import is_absence, lived
 from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
@@ -27,7 +27,7 @@ from mosaic_core.runtime.configuration.mistakes.guard_hints import acts_on_the_l
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import hint_at
+from mosaic_core.words.errors import CodeLine, hint_at
 
 KIT = "mosaic_core.testing"
 DRILLED = (
@@ -115,7 +115,7 @@ def blocks_nothing(one: Shipment) -> Iterator[Fault]:
         except (OSError, SyntaxError, ValueError):
             continue  # whoever imports it hears of it
         for line, what in found:
-            yield Fault(f"{what} in an `async def`", CodePlace(str(file), line))
+            yield Fault(f"{what} in an `async def`", CodeLine(str(file), line))
 
 
 def tests_use_the_kit(one: Shipment) -> Iterator[Fault]:
@@ -123,7 +123,7 @@ def tests_use_the_kit(one: Shipment) -> Iterator[Fault]:
     if tests is None:
         raise NotJudged("no source tree is at hand: name the folder of the plugin")
     if not any(_imports_kit(file.read_text("utf-8", errors="replace")) for file in tests):
-        yield Fault(f"none of its tests imports {KIT}", CodePlace(str(one.tree / "tests" if one.tree else "")))
+        yield Fault(f"none of its tests imports {KIT}", CodeLine(str(one.tree / "tests" if one.tree else "")))
 
 
 def _imports_kit(text: str) -> bool:

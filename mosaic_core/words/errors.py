@@ -18,7 +18,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TypeAlias
+from typing import NamedTuple
 
 from mosaic_core.words.codes import reason
 
@@ -41,21 +41,45 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return by_lower[match[0]] if match else None
 
 
+def slip_of(word: str, known: Iterable[str]) -> str | None:
+    """The known word that ``word`` was meant to be, if it is so much like one that another meaning is unlikely: what is
+    less alike may well be a name of somebody's own."""
+    return next(iter(get_close_matches(word, list(known), 1, 0.8)), None)
+
+
 def guess(word: str, known: Iterable[str], otherwise: str = "") -> str:
     """The cure for a word that nobody knows: the name that was probably meant, else ``otherwise``."""
     match = nearest(word, known)
     return f"did you mean '{match}'?" if match else otherwise
 
 
-CodeLine: TypeAlias = tuple[str, int | None]
-"""File and line of somebody's code; an empty name where nobody knows it."""
-NOWHERE: CodeLine = ("", None)
+class CodeLine(NamedTuple):
+    """File and line of somebody's code; an empty name where nobody knows it."""
+
+    file: str = ""
+    line: int | None = None
+
+    def __str__(self) -> str:
+        """``FILE:LINE``, as far as it is known."""
+        return ":".join(str(part) for part in self if part)
+
+    @property
+    def heading(self) -> str:
+        """``FILE:LINE: ``, which begins a sentence; empty where nobody knows it."""
+        return f"{self}: " if self.file else ""
+
+    @property
+    def in_brackets(self) -> str:
+        """`` (FILE:LINE)``, which follows what stands there; empty where nobody knows it."""
+        return f" ({self})" if self.file else ""
+
+
+NOWHERE = CodeLine()
 
 
 def without_place(message: str, at: CodeLine) -> str:
     """``message`` without the ``FILE:LINE`` that it names, for whoever shows the place by itself."""
-    place = ":".join(str(part) for part in at if part)
-    return message.replace(f"{place}: ", "", 1).replace(f" ({place})", "", 1) if place else message
+    return message.replace(at.heading, "", 1).replace(at.in_brackets, "", 1) if at.file else message
 
 
 class MosaicError(Exception):
@@ -89,10 +113,9 @@ class Problem:
     cure: str = ""
 
     def __str__(self) -> str:
-        where = f"{place}: " if (place := _place(self)) else ""
         at = f"{self.path}: " if self.path else ""
         cure = f" ({self.cure})" if self.cure else ""
-        return f"{where}{at}{self.message}{cure}"
+        return f"{CodeLine(self.file, self.line).heading}{at}{self.message}{cure}"
 
 
 _INDEX = re.compile(r"connectors\[(\d+)\]")
@@ -111,12 +134,9 @@ def _order(problem: Problem) -> tuple[bool, int, int]:
 
 def untold(problems: Iterable[Problem], told: Sequence[Problem]) -> tuple[Problem, ...]:
     """Those of ``problems`` whose line is neither that of one that is ``told``, nor named in its cure."""
-    places, cures = {(one.file, one.line) for one in told}, " ".join(one.cure for one in told)
-    return tuple(one for one in problems if (one.file, one.line) not in places and f"{_place(one)}: " not in cures)
-
-
-def _place(problem: Problem) -> str:
-    return ":".join(str(part) for part in (problem.file, problem.line) if part)
+    places, cures = {CodeLine(one.file, one.line) for one in told}, " ".join(one.cure for one in told)
+    lines = ((one, CodeLine(one.file, one.line)) for one in problems)
+    return tuple(one for one, line in lines if line not in places and f"{line}: " not in cures)
 
 
 class ConfigError(MosaicError):

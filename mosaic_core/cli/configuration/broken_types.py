@@ -70,8 +70,7 @@ def _how_it_ended(done: subprocess.CompletedProcess[str]) -> str:
     from mosaic_core.runtime.threads.code_places import innermost_own
 
     frames = [FrameSummary(match["file"], int(match["line"]), "") for match in _FRAME.finditer(done.stderr)]
-    file, line = innermost_own(reversed(frames))
-    at = f" ({file}:{line})" if file else ""
+    at = innermost_own(reversed(frames)).in_brackets
     if "Timeout" in done.stderr:
         return f"its import had not ended after {PATIENCE_S:g} s{at}"
     how = signal.Signals(-done.returncode).name if done.returncode < 0 else f"exit code {done.returncode}"

@@ -52,8 +52,8 @@ def defaults_of(
     except ConfigError as error:
         raise _unmade(configurer, error.problems) from None
     except Exception as error:  # noqa: BLE001 - a plugin's validators may fail in any way
-        file, line = raised_at(error)
-        problem = Problem(without_place(explained_error(error), (file, line)), "config.broken_plugin", file, line)
+        at = raised_at(error)
+        problem = Problem(without_place(explained_error(error), at), "config.broken_plugin", *at)
         raise _unmade(configurer, [problem]) from None
     pairs = zip(made.entries, made.groups, strict=True)
     return [_channel(one.wire(), group, made.safety) for one, group in pairs]

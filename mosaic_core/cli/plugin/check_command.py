@@ -20,9 +20,10 @@ from mosaic_core.cli.terminal.error_report import FAILED, FINE
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mosaic_core.ladder.fault import CodePlace, Fault, LadderLevel
+    from mosaic_core.ladder.fault import Fault, LadderLevel
     from mosaic_core.ladder.rule import RuleFinding
     from mosaic_core.ladder.shipment import Shipment
+    from mosaic_core.words.errors import CodeLine
 
 _STYLES = {"passed": "green", "failed": "bold red", "not judged": "yellow", "does not apply": "dim"}
 _MEDALS = {"bronze": "dark_orange3", "silver": "white", "gold": "gold1", None: "red"}
@@ -187,7 +188,7 @@ def _print_trace(out: Console, fault: Fault) -> None:
         out.print(Text(f"    {line}", "dim"))
 
 
-def _shown(place: CodePlace) -> str:
+def _shown(place: CodeLine) -> str:
     """A place as people write it: below the current folder without that folder."""
     try:
         file = str(Path(place.file).relative_to(Path.cwd()))

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import typer
 
-from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem, hint_at, without_place
+from mosaic_core.words.errors import CodeLine, ConfigError, MosaicError, PluginError, Problem, hint_at, without_place
 
 FINE, FAILED, USAGE, REPLACED = 0, 1, 2, 3
 """Exit codes of every command: 2 is usage or configuration, 3 a robot that gave way to another of the same id, 1 the
@@ -56,8 +56,8 @@ def report(error: MosaicError) -> None:
     said = without_place(error.message, error.at)
     said = said.removesuffix(error.cure).rstrip(" ;") if error.cure else said  # not twice
     typer.secho(f"error: {_on_one_line(said)}", err=True, fg=typer.colors.RED)
-    if error.at[0]:
-        typer.echo(f"  --> {_on_one_line(':'.join(str(part) for part in error.at if part))}", err=True)
+    if error.at.file:
+        typer.echo(f"  --> {_on_one_line(str(error.at))}", err=True)
     typer.echo(f"  code: {error.code}", err=True)
     if error.cure:
         typer.echo(f"  cure: {_on_one_line(error.cure)}", err=True)
@@ -73,7 +73,7 @@ def report_problems(problems: Sequence[Problem], *, as_hints: bool = False) -> N
 
 
 def _report_problem(problem: Problem, is_hint: bool) -> None:
-    place = ":".join(str(part) for part in (problem.file, problem.line) if part)
+    place = str(CodeLine(problem.file, problem.line))
     word, color = ("hint", typer.colors.YELLOW) if is_hint else ("error", typer.colors.RED)
     said = f"{problem.path}: {problem.message}" if problem.path else problem.message
     typer.echo(typer.style(f"{word}: ", fg=color) + typer.style(_on_one_line(said), bold=True), err=True)

@@ -8,10 +8,9 @@ import ast
 import inspect
 from collections.abc import Iterable, Mapping
 
-from mosaic_core.contract.declared.slips import slip_of
+from mosaic_core.contract.declared.code_lines import caller
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
-from mosaic_core.contract.declared.yielded import caller
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import MosaicError, slip_of
 
 BODIES: Mapping[str, str] = {
     "messages": "DataChannelSendable", "handle_data": "DataChannelReceivable", "make_safe": "DataChannelReceivable",
@@ -137,9 +136,8 @@ def _literal(annotation: object) -> object:
 def check_derived(cls: type) -> None:
     """Refuse an instance of a base itself: what travels is said where a class derives from it."""
     if not hasattr(cls, "data_type"):
-        place = caller()
         cure = f"Derive a class of your own: `class Mine({cls.__qualname__}[…])`, and make that."
-        message = f"{place}{': ' if place else ''}{cls.__qualname__} itself does not know what it carries. {cure}"
+        message = f"{caller().heading}{cls.__qualname__} itself does not know what it carries. {cure}"
         raise MosaicError(message, code="config.broken_plugin", cure=cure)
 
 

@@ -7,8 +7,10 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails, PydanticSerializationError
 
+from mosaic_core.contract.declared.code_lines import code_of
 from mosaic_core.contract.declared.json_values import encoded, odd_part
 from mosaic_core.contract.declared.nested_models import keeps_unknown, models_at, names_of
+from mosaic_core.contract.declared.wrong_declaration import wrong_message
 from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.words.errors import MosaicError, nearest
@@ -76,6 +78,5 @@ class DeclaredAnswer:
         return getattr(self._declared, "__name__", str(self._declared))
 
     def _wrong(self, what: str) -> MosaicError:
-        code = getattr(getattr(self._handler, "answer", None), "__code__", None)
-        place = f" ({code.co_filename}:{code.co_firstlineno})" if code is not None else ""
-        return MosaicError(f"{self._handler.__qualname__}.answer{place} {what}", code="plugin.wrong_message")
+        at = code_of(getattr(self._handler, "answer", None))
+        return wrong_message(f"{self._handler.__qualname__}.answer", at, what)

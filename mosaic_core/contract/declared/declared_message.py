@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import logging
 from collections.abc import Mapping
 from functools import cached_property
@@ -12,13 +11,13 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel, PydanticUserError, ValidationError
 from pydantic_core import ErrorDetails, PydanticSerializationError
 
+from mosaic_core.contract.declared.code_lines import caller, code_of
 from mosaic_core.contract.declared.json_values import encoded, odd_part
 from mosaic_core.contract.declared.nested_models import names_of
-from mosaic_core.contract.declared.slips import slip_of
-from mosaic_core.contract.declared.yielded import caller
+from mosaic_core.contract.declared.wrong_declaration import wrong_message
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import CodeLine, MosaicError, slip_of
 from mosaic_core.words.wire_model import to_json
 
 logger = logging.getLogger(__name__)
@@ -111,9 +110,7 @@ class DeclaredMessage:
             raise self._sends(odd_part(text)) from None
 
     def _sends(self, odd: str) -> MosaicError:
-        at = f" ({place})" if (place := caller() or self._place) else ""
-        message, cure = f"{self._handler.__qualname__}{at} sends {odd}", odd.rpartition(": ")[2]
-        return MosaicError(message, code="plugin.wrong_message", cure=cure)
+        return wrong_message(self._handler.__qualname__, self._at, f"sends {odd}", odd.rpartition(": ")[2])
 
     def unsent(self, value: JsonMessage) -> tuple[str, ...]:
         """The fields because of which it must not be sent: they are no finite number, and may not be absent."""
@@ -122,9 +119,8 @@ class DeclaredMessage:
 
     def told_of(self, field: str) -> str:
         """What is wrong with such a field, with class and line."""
-        place = caller() or self._place
         why = "which is no finite number and not declared as `float | None`"
-        return f"{self._handler.__qualname__} ({place}) sends {field!r}, {why}"
+        return f"{self._handler.__qualname__}{self._at.in_brackets} sends {field!r}, {why}"
 
     def _tell(self, label: str, refused: tuple[str, ...]) -> None:
         for field in refused:
@@ -145,21 +141,16 @@ class DeclaredMessage:
         name = getattr(self._declared, "__name__", str(self._declared))
         what = f"keys {', '.join(map(str, list(value)[:8]))}" if isinstance(value, Mapping) else type(value).__name__
         detail = f" ({fields})" if fields else ""
-        at = f" ({place})" if (place := caller() or self._place) else ""
-        message = f"{self._handler.__qualname__}{at} declares {name} and sends {what}{detail}"
-        return MosaicError(message, code="plugin.wrong_message")
+        return wrong_message(self._handler.__qualname__, self._at, f"declares {name} and sends {what}{detail}")
 
     @property
-    def _place(self) -> str:
-        """Where the body is written, else the class."""
-        body = getattr(self._handler, "messages", None)
-        code = getattr(body, "__code__", None)
-        if code is not None and not code.co_filename.startswith(_CONTRACT):
-            return f"{code.co_filename}:{code.co_firstlineno}"
-        try:
-            return f"{inspect.getsourcefile(self._handler)}:{inspect.getsourcelines(self._handler)[1]}"
-        except (OSError, TypeError):
-            return ""
+    def _at(self) -> CodeLine:
+        """Where it is sent, else where the body is written, else the class."""
+        sent = caller()
+        if sent.file:
+            return sent
+        body = code_of(getattr(self._handler, "messages", None))
+        return body if body.file and not body.file.startswith(_CONTRACT) else code_of(self._handler)
 
 
 def _plain(value: JsonMessage) -> tuple[Any, bool]:

@@ -10,8 +10,8 @@ from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from mosaic_core.contract.declared.expectations import EXPLAINED, expectation
-from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
+from mosaic_core.words.errors import slip_of
 
 _FIELD_WORDS = frozenset({*inspect.signature(Field).parameters, "unit"})
 _NOTHING = object()

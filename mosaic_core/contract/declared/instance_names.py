@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from mosaic_core.contract.declared.attribute_reads import package_reads
 from mosaic_core.contract.declared.class_names import ANOTHER_NAME, BODIES, OWNED, VALUES
-from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.host import UnboundHost
+from mosaic_core.words.errors import slip_of
 
 _READ_OF_THE_CLASS = {
     "data_type": "Give yours another name: what it carries follows from its base.",

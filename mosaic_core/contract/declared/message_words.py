@@ -9,9 +9,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.declared.nested_models import field_names, models_in, names_of
-from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
-from mosaic_core.words.errors import hint_at
+from mosaic_core.words.errors import hint_at, slip_of
 from mosaic_core.words.limits import MOTION_KINDS
 
 WORDS: Mapping[str, str] = {

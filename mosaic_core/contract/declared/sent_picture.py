@@ -7,8 +7,9 @@ import math
 import sys
 from typing import Any
 
-from mosaic_core.contract.declared.yielded import caller, kind_of
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.contract.declared.code_lines import caller
+from mosaic_core.contract.declared.wrong_declaration import wrong_message
+from mosaic_core.contract.declared.yielded import kind_of
 
 TAKEN = "a picture is uint8 (height, width, 3) in BGR order, or (height, width) for gray"
 _OF_THE_WALL_S = 1e9
@@ -21,9 +22,7 @@ def check_picture(handler: type, image: object) -> None:
     """Raise :class:`MosaicError` (``plugin.wrong_message``) for what no operator could see."""
     if _is_of("av", ("VideoFrame", "Packet"), image) or (cure := picture_cure(image)) is None:
         return
-    place = caller()
-    message = f"{handler.__qualname__}{f' ({place})' if place else ''} sends {kind_of(image)}; {TAKEN}. {cure}"
-    raise MosaicError(message, code="plugin.wrong_message", cure=cure)
+    raise wrong_message(handler.__qualname__, caller(), f"sends {kind_of(image)}; {TAKEN}. {cure}", cure)
 
 
 def check_stamp(handler: type, captured_at_s: float) -> None:
@@ -31,11 +30,9 @@ def check_stamp(handler: type, captured_at_s: float) -> None:
     pictures would have a false age, on which commands may be gated."""
     if math.isfinite(captured_at_s) and captured_at_s < _OF_THE_WALL_S:
         return
-    where = f" ({place})" if (place := caller()) else ""
     told = "no finite number" if not math.isfinite(captured_at_s) else "a time of the wall clock"
     cure = "Take it from `self.monotonic_s()`, or leave out the `Captured`: the picture is of now then."
-    message = f"{handler.__qualname__}{where} says captured_at_s={captured_at_s:.3f}, {told}. {cure}"
-    raise MosaicError(message, code="plugin.wrong_message", cure=cure)
+    raise wrong_message(handler.__qualname__, caller(), f"says captured_at_s={captured_at_s:.3f}, {told}. {cure}", cure)
 
 
 def picture_cure(image: Any) -> str | None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from mosaic_core.contract.declared.yielded import caller, kind_of
+from mosaic_core.contract.declared.code_lines import caller
+from mosaic_core.contract.declared.wrong_declaration import wrong_message
+from mosaic_core.contract.declared.yielded import kind_of
 from mosaic_core.contract.sound import Sound
-from mosaic_core.words.errors import MosaicError
 
 _RATES_HZ = range(4_000, 384_001)
 
@@ -15,9 +16,7 @@ def check_sound(handler: type, sound: object) -> None:
     """Raise :class:`MosaicError` (``plugin.wrong_message``) for what nobody could hear."""
     mistake = sound_mistake(sound)
     if mistake:
-        place = caller()
-        message = f"{handler.__qualname__}{f' ({place})' if place else ''} sends {mistake}"
-        raise MosaicError(message, code="plugin.wrong_message")
+        raise wrong_message(handler.__qualname__, caller(), f"sends {mistake}")
 
 
 def sound_mistake(sound: object) -> str:

@@ -10,8 +10,8 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from mosaic_core.contract.declared.code_lines import caller
 from mosaic_core.contract.declared.nested_models import names_of
-from mosaic_core.contract.declared.yielded import caller
 from mosaic_core.words.errors import MosaicError, hint_at
 
 
@@ -21,8 +21,7 @@ def unknown_field(model: type[BaseModel], data: Mapping[str, Any]) -> MosaicErro
     unknown = next((name for name in data if name not in known), None)
     if unknown is None:
         return None
-    place = caller()
-    message = f"{place}{': ' if place else ''}{model.__name__} has no field '{unknown}'{hint_at(unknown, known)}"
+    message = f"{caller().heading}{model.__name__} has no field '{unknown}'{hint_at(unknown, known)}"
     cure = f"It has: {', '.join(known)}. Whatever else a device says is left out by {model.__name__}.model_validate(…)."
     return MosaicError(f"{message} {cure}", code="plugin.wrong_message", cure=cure)
 

@@ -1,49 +1,28 @@
-"""Makes the error for what an author declares, or calls with: it names the file and line, and the cure."""
+"""Makes the error for what an author declares, calls with, or sends: it names the file and line, and the cure."""
 
 from __future__ import annotations
 
-import inspect
-from types import FrameType
-
-from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
-
-_MAKERS = ("mosaic_core.contract.", "abc", "pydantic.")
-"""Modules whose code runs while a class is made, or something of the contract is called."""
+from mosaic_core.contract.declared.code_lines import author_frame, code_of, line_of
+from mosaic_core.words.errors import CodeLine, MosaicError
 
 
 def wrong_declaration(cls: type, message: str, cure: str) -> MosaicError:
     """The error for a class that is being made, or for what an instance of it says."""
-    return _mistake(_place_of(cls), f"{cls.__qualname__}: {message}", cure)
+    frame = author_frame()
+    is_being_made = frame is not None and frame.f_globals.get("__name__") == cls.__module__
+    return _mistake(line_of(frame) if is_being_made else code_of(cls), f"{cls.__qualname__}: {message}", cure)
 
 
 def wrong_call(message: str, cure: str) -> MosaicError:
     """The error for what somebody's code gave the function of ours that it called."""
-    frame = _author_frame()
-    return _mistake(NOWHERE if frame is None else _line_of(frame), message, cure)
+    return _mistake(line_of(author_frame()), message, cure)
 
 
 def _mistake(at: CodeLine, message: str, cure: str) -> MosaicError:
-    place = f"{at[0]}:{at[1]}: " if at[0] else ""
-    return MosaicError(f"{place}{message} {cure}", code="config.broken_plugin", cure=cure, at=at)
+    return MosaicError(f"{at.heading}{message} {cure}", code="config.broken_plugin", cure=cure, at=at)
 
 
-def _place_of(cls: type) -> CodeLine:
-    """That of the class statement that is being executed, else of the class."""
-    frame = _author_frame()
-    if frame is not None and frame.f_globals.get("__name__") == cls.__module__:
-        return _line_of(frame)
-    try:
-        return str(inspect.getsourcefile(cls)), inspect.getsourcelines(cls)[1]
-    except (OSError, TypeError):
-        return NOWHERE
-
-
-def _author_frame() -> FrameType | None:
-    frame = inspect.currentframe()
-    while frame is not None and frame.f_globals.get("__name__", "").startswith(_MAKERS):
-        frame = frame.f_back
-    return frame
-
-
-def _line_of(frame: FrameType) -> CodeLine:
-    return frame.f_code.co_filename, frame.f_lineno
+def wrong_message(whose: str, at: CodeLine, what: str, cure: str | None = None) -> MosaicError:
+    """The error for what the class or body ``whose``, which stands ``at`` a line, sends or answers; ``what`` begins
+    with a verb."""
+    return MosaicError(f"{whose}{at.in_brackets} {what}", code="plugin.wrong_message", cure=cure)

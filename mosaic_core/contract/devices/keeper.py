@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable
 from typing import Protocol
 
+from mosaic_core.contract.declared.code_lines import code_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_call
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy, again_in
 from mosaic_core.words.errors import DeviceGone
@@ -207,11 +208,6 @@ def _called(given: object) -> str:
     return "None" if given is None else f"a {type(given).__qualname__}"
 
 
-def _standing_at(function: Callable[..., object]) -> str:
-    code = getattr(inspect.unwrap(function), "__code__", None)
-    return f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
-
-
 def _alone(gone: DeviceGone) -> DeviceGone:
     """The same words, to be kept: without a traceback and a cause, which keep what was half opened."""
     copy = DeviceGone(gone.message)
@@ -250,8 +246,8 @@ class _KeeperThread(threading.Thread):
         try:
             rest_s = self._turn()
             if not isinstance(rest_s, int | float | None):
-                place = _standing_at(self._turn)
-                raise TypeError(f"{place}a turn returns the seconds until the next one, or None, and not {rest_s!r}")
+                what = f"a turn returns the seconds until the next one, or None, and not {rest_s!r}"
+                raise TypeError(f"{code_of(self._turn).heading}{what}")
             if self.keeper.failures == failures and self.keeper.absence in (None, absence):
                 self.keeper.worked()
             self.wait(rest_s)

@@ -189,15 +189,14 @@ def _explained(what: str, cure: str) -> Iterator[None]:
         if is_own or isinstance(error, KeyboardInterrupt):
             raise
         at = _raised_at(error)
-        place = f"{at[0]}:{at[1]}: " if at[0] else ""
         is_absent = isinstance(error, DeviceGone)
         said = str(error) if is_absent else f"{type(error).__name__}: {error}"
         code = "plugin.no_device" if is_absent else "plugin.failed"
-        raise MosaicError(f"{place}{what}: {said}.", code=code, cure=cure, at=at) from error
+        raise MosaicError(f"{at.heading}{what}: {said}.", code=code, cure=cure, at=at) from error
 
 
 def _raised_at(error: BaseException) -> CodeLine:
     """The first line outside this module, which is that of ``__enter__`` or ``__exit__``."""
     frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != __file__]
     others = [frame for frame in frames if frame.filename != contextlib.__file__]
-    return (others[0].filename, others[0].lineno) if others else NOWHERE
+    return CodeLine(others[0].filename, others[0].lineno) if others else NOWHERE

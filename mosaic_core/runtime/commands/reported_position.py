@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mosaic_core.contract.declared.code_lines import code_of
+from mosaic_core.contract.declared.wrong_declaration import wrong_message
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.words.errors import MosaicError
 
 
@@ -42,5 +43,5 @@ class ReportedPosition:
 
     def _wrong(self, what: str, cure: str) -> MosaicError:
         kind = type(self._handler)
-        name = f"{kind.__name__}.reported_position{standing_at(kind.reported_position)}"
-        return MosaicError(f"{name} {what}. {cure}", code="plugin.wrong_message", cure=cure)
+        whose = f"{kind.__name__}.reported_position"
+        return wrong_message(whose, code_of(kind.reported_position), f"{what}. {cure}", cure)

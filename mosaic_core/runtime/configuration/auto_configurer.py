@@ -16,6 +16,7 @@ import pluggy
 from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.declared.code_lines import code_of, standing_at
 from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.contract.handler import Handler, check_made
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entries
@@ -40,7 +41,6 @@ from mosaic_core.runtime.configuration.mistakes.unmade import broken, broken_by,
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import safety_problems
-from mosaic_core.runtime.threads.code_places import code_of, standing_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem, by_line

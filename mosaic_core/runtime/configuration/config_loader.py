@@ -144,7 +144,7 @@ class _Checker:
         except MosaicError as error:
             if self._is_told(error.__cause__):
                 return None
-            where = place if error.at[0] else (*place, "type")
+            where = place if error.at.file else (*place, "type")
             problem = self._document.problem(where, error.message, code=error.code, guess=error.cure, at=error.at)
             self.problems.append(problem)
             return None

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from pydantic import BaseModel
 
+from mosaic_core.contract.declared.code_lines import code_of
 from mosaic_core.contract.handler import AudioTrackHandler, DataChannelReceivable, Handler, MediaTrackHandler
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
@@ -17,7 +18,6 @@ from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.mistakes.choices import real_place
-from mosaic_core.runtime.threads.code_places import code_of
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import MosaicError, Problem, guess

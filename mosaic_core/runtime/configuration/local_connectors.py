@@ -81,12 +81,11 @@ class LocalConnector:
         if isinstance(error, MosaicError) and error.code == "config.broken_plugin":  # whose message begins with it
             return error.message.removesuffix(error.cure).rstrip(), error.cure, error.at
         frames = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).parent == self.file.parent]
-        name, line = (frames[-1].filename, frames[-1].lineno) if frames else (str(self.file), None)
+        at = CodeLine(frames[-1].filename, frames[-1].lineno) if frames else CodeLine(str(self.file))
         if isinstance(error, SyntaxError):
-            name, line = error.filename or name, error.lineno
-        place = ":".join(str(part) for part in (name, line) if part is not None)
+            at = CodeLine(error.filename or at.file, error.lineno)
         missing = error.name if isinstance(error, ModuleNotFoundError) else None
-        return f"{place}: {said_by(error)}", self._cure_of(missing) if missing else None, (name, line)
+        return f"{at.heading}{said_by(error)}", self._cure_of(missing) if missing else None, at
 
     def _cure_of(self, missing: str) -> str:
         """What to do about a module that is not there."""

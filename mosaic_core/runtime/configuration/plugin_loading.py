@@ -12,9 +12,10 @@ from pkgutil import iter_modules
 from typing import Any
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
+from mosaic_core.contract.declared.code_lines import code_of, standing_at
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
-from mosaic_core.runtime.threads.code_places import code_of, explained_error, is_own, place_of, raised_at, standing_at
+from mosaic_core.runtime.threads.code_places import explained_error, is_own, raised_at
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.config import LABEL, SafetyConfig
 from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError, PluginError, guess
@@ -30,13 +31,13 @@ def load_configurer(
     def broken(cause: str, cure: str | None = None, at: CodeLine = NOWHERE) -> PluginError:
         message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
         code = "config.broken_plugin" if local is None else "config.broken_local"
-        if cure is None and is_own(at[0]):
+        if cure is None and is_own(at.file):
             cure = "Mend the file that it names."  # whoever writes it has nothing to update
         return PluginError(message, distribution=source, code=code, cure=cure, at=at)
 
     if local is not None and local.unreadable is not None:
-        its = local.unreadable
-        raise broken(f"{its.file}:{its.line}: {its.message}", at=(its.file, its.line))
+        at = CodeLine(local.unreadable.file, local.unreadable.line)
+        raise broken(f"{at.heading}{local.unreadable.message}", at=at)
     if not entry_point.pattern.match(entry_point.value):  # nothing more can be asked of it
         raise broken(f"its entry point is '{entry_point.value}', which is no module:Class", _written_again(entry_point))
     error = failed_imports.get(entry_point.module)
@@ -114,9 +115,10 @@ def missing_part(entry_point: EntryPoint, error: BaseException) -> tuple[str, st
             cure = guess(entry_point.module, _modules_beside(entry_point.module))
             message = f"its entry point names the module '{error.name}', which is not installed"
             return message, _both(cure, again), NOWHERE
-        message = f"its module {entry_point.module} needs '{error.name}', which is not installed{_at(error)}"
+        at = raised_at(error)
+        message = f"its module {entry_point.module} needs '{error.name}', which is not installed{at.in_brackets}"
         cure = f"install {error.name}, and name it among the dependencies of the distribution"
-        return message, cure, raised_at(error)
+        return message, cure, at
     module, (name, *_) = sys.modules.get(entry_point.module), entry_point.attr.split(".")
     if isinstance(error, AttributeError) and module is not None and not hasattr(module, name):
         message = f"its entry point names '{name}', which the module {entry_point.module} does not have"
@@ -157,11 +159,6 @@ def _modules_beside(name: str) -> list[str]:
     spec = find_spec(package) if package.partition(".")[0] in sys.modules else None
     found = iter_modules(spec.submodule_search_locations) if spec is not None else ()
     return [f"{package}.{one.name}" for one in found]
-
-
-def _at(error: BaseException) -> str:
-    place = place_of(error)
-    return f" ({place})" if place else ""
 
 
 def api_version(configurer: type) -> object:

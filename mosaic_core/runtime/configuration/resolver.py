@@ -13,9 +13,8 @@ from functools import cache
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector, LocalConnectors
-from mosaic_core.words.errors import MosaicError, nearest
+from mosaic_core.words.errors import MosaicError, nearest, slip_of
 
 if TYPE_CHECKING:
     from mosaic_core.contract.configurer import Configurer

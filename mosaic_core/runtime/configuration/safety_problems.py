@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from mosaic_core.contract.declared.code_lines import code_of
 from mosaic_core.contract.field_kinds import cure_of_kind, kind_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import has_two_names
@@ -25,7 +26,6 @@ from mosaic_core.runtime.configuration.receiver_safety import (
     takes_field,
     with_those_of_all,
 )
-from mosaic_core.runtime.threads.code_places import code_of
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.errors import Problem, guess
 from mosaic_core.words.limits import FieldLimit, ImpossibleLimit, MotionKind, clashes

@@ -86,7 +86,7 @@ class YamlDocument:
         around = place
         while around and around not in self.lines:
             around = around[:-1]
-        file, line = at if at[0] else (self.file, self.lines.get(around))
+        file, line = at if at.file else (self.file, self.lines.get(around))
         said = self._without_secrets(without_place(message, at))
         return Problem(said, code, file, line, spelled(place), self._without_secrets(cure))
 

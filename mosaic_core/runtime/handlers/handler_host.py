@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 
+from mosaic_core.contract.declared.code_lines import line_in
 from mosaic_core.contract.host import Loss
 from mosaic_core.contract.media_tap import TapCodec
 from mosaic_core.runtime.delivery.data_tap import RuntimeDataTap
@@ -22,9 +23,8 @@ from mosaic_core.words.errors import MosaicError
 
 
 def _would_block() -> MosaicError:
-    frame = caller_of_core(sys._getframe(1))
-    place = "" if frame is None else f" ({frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname})"
-    message = f"Waiting on the event loop's thread would stop the whole robot{place}."
+    place = line_in(caller_of_core(sys._getframe(1)))
+    message = f"Waiting on the event loop's thread would stop the whole robot{f' ({place})' if place else ''}."
     return MosaicError(message, code="plugin.blocks_loop")
 
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.contract.devices.keeper import AbsenceListener, Keeper
 from mosaic_core.contract.handler import (
     AudioReceivable,
@@ -37,7 +38,6 @@ from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
-from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.threads.stacks import PluginCode

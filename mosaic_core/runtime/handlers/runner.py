@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
 
+from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.threads.failures import Failures
 
@@ -61,12 +62,11 @@ class Runner(ABC):
         self._has_ended = True
         if not self._is_end_told:
             self._is_end_told = True
-            code, handler = getattr(self._body, "__code__", None), getattr(self._body, "__self__", None)
-            place = f" ({code.co_filename}:{code.co_firstlineno})" if code is not None else ""
-            again = "somebody opens it anew" if getattr(handler, "runs", "") == "watched" else "the robot starts anew"
+            runs = getattr(getattr(self._body, "__self__", None), "runs", "")
+            again = "somebody opens it anew" if runs == "watched" else "the robot starts anew"
             body = getattr(self._body, "__qualname__", "its body")
             text = "connector %r: %s%s has ended without an error, and sends nothing more until %s"
-            logger.info(text, self._label, body, place, again, extra={"label": self._label})
+            logger.info(text, self._label, body, standing_at(self._body), again, extra={"label": self._label})
 
     @abstractmethod
     def place(self) -> str:

@@ -8,7 +8,7 @@ import time
 from collections.abc import AsyncIterator
 from typing import Any
 
-from mosaic_core.contract.declared.yielded import hand_over
+from mosaic_core.contract.declared.code_lines import hand_over, line_in
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
 from mosaic_core.runtime.threads.error_words import meant_by
@@ -37,8 +37,7 @@ class TaskRunner(Runner):
         self._stream: AsyncIterator[Any] | None = None
 
     def place(self) -> str:
-        frame = getattr(self._stream, "ag_frame", None)
-        return "" if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
+        return line_in(getattr(self._stream, "ag_frame", None))
 
     def start(self) -> None:
         self._task = asyncio.get_running_loop().create_task(self._live(), name=f"mosaic-{self._label}")

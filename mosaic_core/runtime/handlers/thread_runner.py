@@ -6,7 +6,8 @@ import logging
 import threading
 import time
 
-from mosaic_core.contract.declared.yielded import hand_over, items_of
+from mosaic_core.contract.declared.code_lines import hand_over
+from mosaic_core.contract.declared.yielded import items_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
 from mosaic_core.runtime.threads.failures import Failures

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from traceback import FrameSummary, extract_tb
 
+from mosaic_core.contract.declared.code_lines import code_of
 from mosaic_core.runtime.threads.error_words import said_by, words_of
 from mosaic_core.words.errors import NOWHERE, CodeLine, MosaicError
 
@@ -22,23 +23,18 @@ def explained_error(error: BaseException) -> str:
     """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
     if isinstance(error, MosaicError) and error.code == "config.broken_plugin":
         return error.message  # which begins with the place
-    place = place_of(error)
-    return said_by(error) + (f" ({place})" if place and place not in words_of(error) else "")
-
-
-def place_of(error: BaseException) -> str:
-    """``FILE:LINE`` of a plugin's code where it was raised; empty where there is none."""
-    return ":".join(str(part) for part in raised_at(error) if part)
+    at = raised_at(error)
+    return said_by(error) + (at.in_brackets if str(at) not in words_of(error) else "")
 
 
 def raised_at(error: BaseException) -> CodeLine:
     """The plugin's code that it speaks of, or where it was raised."""
-    if isinstance(error, MosaicError) and error.at[0]:
+    if isinstance(error, MosaicError) and error.at.file:
         return error.at
     if isinstance(error, SyntaxError) and error.filename:
-        return error.filename, error.lineno
+        return CodeLine(error.filename, error.lineno)
     place = innermost_own(extract_tb(error.__traceback__))
-    return raised_at(error.__cause__) if not place[0] and error.__cause__ is not None else place
+    return raised_at(error.__cause__) if not place.file and error.__cause__ is not None else place
 
 
 def innermost_own(frames: Iterable[FrameSummary]) -> CodeLine:
@@ -48,7 +44,7 @@ def innermost_own(frames: Iterable[FrameSummary]) -> CodeLine:
     others = [frame for frame in others if "importlib" not in Path(frame.filename).parts]
     own = [frame for frame in others if not _is_standard(frame.filename)]
     inner = next(reversed(own or others), None)
-    return (inner.filename, inner.lineno) if inner is not None else NOWHERE
+    return CodeLine(inner.filename, inner.lineno) if inner is not None else NOWHERE
 
 
 def is_own(file: str) -> bool:
@@ -63,26 +59,12 @@ def _is_standard(file: str) -> bool:
     )
 
 
-def standing_at(thing: object) -> str:
-    """`` (FILE:LINE)`` of a class or function; nothing where its source can't be found."""
-    file, line = code_of(thing)
-    return f" ({file}:{line})" if file else ""
-
-
-def code_of(thing: object) -> CodeLine:
-    """Where a class or function stands."""
-    try:
-        return str(inspect.getsourcefile(thing)), inspect.getsourcelines(thing)[1]  # type: ignore[arg-type]
-    except (OSError, TypeError):
-        return NOWHERE
-
-
 def said_at(cls: type, name: str) -> CodeLine:
     """Where ``cls``, or the base that has it, says ``name = …``, ``name: …`` or ``def name``; else where it stands."""
     owner = next((one for one in cls.__mro__ if name in vars(one) or name in vars(one).get("__annotations__", {})), cls)
-    file, first = code_of(owner)
+    file, first = stands = code_of(owner)
     if first is None:
-        return file, None
+        return stands
     wanted = re.compile(rf"\s+(?:async\s+)?(?:def\s+)?{re.escape(name)}\s*[:=(]")
     lines = inspect.getsourcelines(owner)[0]
-    return file, first + next((number for number, line in enumerate(lines) if wanted.match(line)), 0)
+    return CodeLine(file, first + next((number for number, line in enumerate(lines) if wanted.match(line)), 0))

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from traceback import extract_stack
 
 from mosaic_core.runtime.threads.code_places import innermost_own
+from mosaic_core.words.errors import NOWHERE
 
 logger = logging.getLogger(__name__)
 
@@ -33,6 +34,6 @@ def told_when_slow(what: str, tell: Callable[[str], object] | None = None) -> It
 
 def _tell(what: str, thread: int, tell: Callable[[str], object]) -> None:
     frame = sys._current_frames().get(thread)
-    file, line = innermost_own(extract_stack(frame)) if frame is not None else ("", None)
-    at = f", at {file}:{line}" if file else ""
+    line = innermost_own(extract_stack(frame)) if frame is not None else NOWHERE
+    at = f", at {line}" if line.file else ""
     tell(f"{what} goes on for {PATIENCE_S:g} s already{at}; Ctrl-C ends the wait")

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import FrameType, ModuleType
 
 import mosaic_core
+from mosaic_core.contract.declared.code_lines import line_in
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.timing.loop_watch import StackFrame
 
@@ -34,7 +35,7 @@ def place_of_thread(thread_id: int | None) -> str:
     frame = sys._current_frames().get(thread_id or 0)
     while frame is not None and is_nobodys(frame.f_code.co_filename):
         frame = frame.f_back
-    return f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}" if frame is not None else ""
+    return line_in(frame)
 
 
 def is_nobodys(file: str) -> bool:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.contract.devices.named_keeper import keepers_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import is_bound, may_lack
@@ -15,7 +16,6 @@ from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.receiver_safety import bounds_of, kind_for, resource_of, timeout_of
-from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.words.errors import Problem
 
 

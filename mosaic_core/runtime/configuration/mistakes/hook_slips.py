@@ -8,7 +8,7 @@ from types import FunctionType
 from typing import Any
 
 from mosaic_core.contract import hooks
-from mosaic_core.runtime.threads.code_places import standing_at
+from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.words.errors import guess
 
 HOOKS = {name: its for name, its in vars(hooks).items() if name.startswith("mosaic_") and inspect.isfunction(its)}

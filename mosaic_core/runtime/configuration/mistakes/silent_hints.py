@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from mosaic_core.contract.declared.attribute_reads import package_reads
+from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.contract.handler import (
     AudioReceivable,
     AudioTrackHandler,
@@ -20,7 +21,6 @@ from mosaic_core.contract.handler import (
     MediaTrackHandler,
 )
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.threads.code_places import standing_at
 from mosaic_core.words.errors import Problem
 
 _BODIES: tuple[tuple[type[Handler], str, frozenset[str]], ...] = (

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from mosaic_core.contract.handler import Handler
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
-from mosaic_core.runtime.threads.code_places import explained_error, place_of, raised_at
+from mosaic_core.runtime.threads.code_places import explained_error, raised_at
 from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, DeviceGone, MosaicError, Problem
 
 _PART = re.compile(r"[^.\[\]]+")
@@ -27,8 +27,7 @@ def unmade(one: CheckedConnector, error: BaseException) -> Iterator[Problem]:
     elif isinstance(error, MosaicError) and error.code == "config.invalid":
         yield _refused(one, error.message.removesuffix(error.cure).strip(), "", error.cure)
     elif isinstance(error, ValueError) and not isinstance(error, ValidationError | UnicodeError):
-        place = place_of(error)
-        yield _refused(one, f"{error} ({place})" if place else str(error), "", "")
+        yield _refused(one, f"{error}{raised_at(error).in_brackets}", "", "")
     else:
         yield broken_by(one, error)
 

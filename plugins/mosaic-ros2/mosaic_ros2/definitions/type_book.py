@@ -8,8 +8,7 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from mosaic_core.contract.declared.slips import slip_of
-from mosaic_core.words.errors import hint_at
+from mosaic_core.words.errors import hint_at, slip_of
 from mosaic_ros2.definitions.bundled import bundled
 from mosaic_ros2.definitions.definition import Definition, DefinitionError, full_name
 from mosaic_ros2.definitions.msg_text import read_action, read_message, read_service

@@ -10,12 +10,11 @@ from typing import Any
 
 import yaml
 
-from mosaic_core.contract.declared.slips import slip_of
 from mosaic_core.runtime.configuration.config_env import masked
 from mosaic_core.runtime.configuration.local_connectors import FOLDER, connectors_in
 from mosaic_core.runtime.configuration.resolver import GROUP
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, slip_of
 from mosaic_sim.demo.errors import DemoFailed
 
 CONFIG = "mosaic_config.yaml"
