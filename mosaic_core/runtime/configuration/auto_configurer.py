@@ -217,7 +217,7 @@ def problems_of(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
 
 def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
     try:
-        with told_when_slow(f"configure() of connector '{one.config.label}' of {one.installed.source}"):
+        with told_when_slow(f"configure() of {one.whose}"):
             made = configurer.configure()
     except KeyboardInterrupt:
         raise
@@ -289,7 +289,6 @@ def _twins(connector: Connector, one: CheckedConnector) -> Problem:
     label = next(label for label in labels if labels.count(label) > 1)
     kinds = [type(handler) for handler in connector.handlers if handler.label == label]
     places = " and ".join(f"{kind.__name__}{standing_at(kind)}" for kind in dict.fromkeys(kinds))
-    whose = f"connector '{one.config.label}' of {one.installed.source}"
     cure = 'give each a label of its own, such as f"{self.label}_state"'
     at = code_of(one.configurer.configure)
-    return one.broken(f"{whose} makes two handlers of one label '{label}': {places}", cure=cure, at=at)
+    return one.broken(f"{one.whose} makes two handlers of one label '{label}': {places}", cure=cure, at=at)

@@ -31,6 +31,11 @@ class CheckedConnector:
         mistake."""
         return self.document.secret.get((*self.place, "label"), self.config.label)
 
+    @property
+    def whose(self) -> str:
+        """The connector and who ships it, as messages begin that speak of its code."""
+        return f"connector '{self.config.label}' of {self.installed.source}"
+
     def problem(
         self, message: str, *key: str, code: str = "config.invalid", cure: str = "", guess: str = ""
     ) -> Problem:

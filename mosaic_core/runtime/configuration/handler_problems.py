@@ -35,9 +35,8 @@ def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
         if one.config.delivery is not None and getattr(one.config.delivery, key) is not None:
             yield one.problem(f"connector '{one.config.label}': {message}", "delivery", key, cure=cure)
         else:
-            whose = f"connector '{one.config.label}' of {one.installed.source}"
             at = code_of(type(concerned[0]))
-            yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure, at=at)
+            yield one.broken(f"{one.whose} chose a delivery that can't be: {message}", cure=cure, at=at)
 
 
 _BODIES: tuple[tuple[type[Handler], str, str], ...] = (
@@ -51,9 +50,8 @@ def body_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Itera
     for handler in handlers:
         base, name, words = next((its for its in _BODIES if isinstance(handler, its[0])), (None, "", ""))
         if base is not None and getattr(type(handler), name) is getattr(base, name):
-            message = f"connector '{one.config.label}' of {one.installed.source} takes messages of operators"
             kind = type(handler).__name__
-            message = f"{message}, and {kind} has no {name}: nothing reads them"
+            message = f"{one.whose} takes messages of operators, and {kind} has no {name}: nothing reads them"
             yield one.broken(message, cure=f"write {words} in {kind}", at=code_of(type(handler)))
 
 
@@ -64,8 +62,7 @@ def encoding_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
         its = [handler for handler in handlers if isinstance(handler, base)]
         if its and isinstance(one.params, params) and all(handler.encoding is base.encoding for handler in its):
             kind, said = type(its[0]), ", ".join(params.model_fields)
-            whose = f"connector '{one.config.label}' of {one.installed.source}"
-            message = f"{whose}: {kind.__name__} takes nothing of what its params say of encoding ({said})"
+            message = f"{one.whose}: {kind.__name__} takes nothing of what its params say of encoding ({said})"
             yield one.broken(
                 message, cure=f"write self.encoding = params in {kind.__name__}.__init__", at=code_of(kind)
             )
@@ -79,8 +76,7 @@ def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Ite
         try:
             module_with(hint)
         except MosaicError as error:
-            whose = f"connector '{one.config.label}' of {one.installed.source}"
-            message = f"{whose} names the widget '{hint}': {error.message}"
+            message = f"{one.whose} names the widget '{hint}': {error.message}"
             yield one.broken(message, cure=error.cure, at=code_of(type(handler)))
 
 

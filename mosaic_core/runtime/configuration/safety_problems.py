@@ -55,7 +55,7 @@ def _idle_resource(one: CheckedConnector, found: list[DataChannelReceivable[Any]
     for handler in found:
         if _names_idle_resource(safety, handler):
             kind = type(handler)
-            whose = f"connector '{one.config.label}' of {one.installed.source}: {kind.__name__}"
+            whose = f"{one.whose}: {kind.__name__}"
             cure = f"write requires_lease = True in {kind.__name__}, or remove its resource"
             message = f"{whose} needs no lease, so that its resource '{handler.resource}' guards nothing"
             yield one.broken(message, cure=cure, at=code_of(kind))
@@ -239,6 +239,5 @@ def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], 
         yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
     for field in sorted(field for field in fields - twice if not known.has(field)):
         cure = guess(field, known.names, f"they have: {', '.join(known.names)}")
-        message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
-        message = f"{message}, a number that its messages don't have: nothing would limit it"
+        message = f"{one.whose} moves by '{field}', a number that its messages don't have: nothing would limit it"
         yield one.broken(message, cure=cure, at=code_of(type(handler)))

@@ -42,8 +42,7 @@ def broken_by(one: CheckedConnector, error: BaseException) -> Problem:
 
 def broken(one: CheckedConnector, cause: str, *, cure: str = "", at: CodeLine = NOWHERE) -> Problem:
     """What its author did wrong."""
-    message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
-    return one.broken(message, cure=cure, at=at)
+    return one.broken(f"{one.whose} can't be made: {cause}", cure=cure, at=at)
 
 
 def no_handler(made: object, parts: Sequence[object]) -> tuple[str, str]:
@@ -72,5 +71,4 @@ def _refused(one: CheckedConnector, message: str, path: str, cure: str) -> Probl
     """``path``: from the params on, as its configurer calls it."""
     keys = [int(part) if part.isdigit() else part for part in _PART.findall(path)]
     place = (*one.place, "params", *keys)
-    whose = f"connector '{one.config.label}' of {one.installed.source} refuses its params"
-    return one.document.problem(place, f"{whose}: {message}", cure=cure)
+    return one.document.problem(place, f"{one.whose} refuses its params: {message}", cure=cure)
