@@ -57,8 +57,7 @@ class RequestDesk:
         :class:`Refused`."""
         word = question_of(item.payload)
         if isinstance(word, RequestCancel):
-            told = self._answering.cancelled(item.sender.peer_id, word.id)
-            self._tell([] if told is None else [told])
+            self._tell(self._answering.cancelled(item.sender.peer_id, word.id))
             return None
         return replace(item, payload=item.payload if word.id is None else _json(word.question), request_id=word.id)
 
@@ -72,7 +71,7 @@ class RequestDesk:
         """A gate has refused it."""
         told = self._answering.refused(item.request, refusal.code, refusal.cause) if item.request else None
         if told is not None:
-            self._tell([told])
+            self._tell(told)
         elif not item.request:
             self._send(item.sender.peer_id, RequestRefusal(item.request_id, refusal.code, refusal.cause))
 
@@ -106,7 +105,7 @@ class RequestDesk:
 
     def dropped(self, peer_id: str | None, code: str) -> None:
         """What this peer (``None``: anybody) had waiting was dropped before its turn. Any thread."""
-        on_loop(self._loop, lambda: self._tell(self._answering.dropped(peer_id, code)))
+        on_loop(self._loop, lambda: self._tell(*self._answering.dropped(peer_id, code)))
 
     def left(self, peer_id: str) -> None:
         """Nobody is there any more who could be answered; implements ``outbox.Audience``."""
@@ -122,7 +121,7 @@ class RequestDesk:
         """The handler stops: whoever waits is told."""
         self._is_closed = True
         self._timer.cancel()
-        self._tell(self._answering.close())
+        self._tell(*self._answering.close())
         self._timer.cancel()
 
     async def closed(self) -> None:
@@ -131,7 +130,7 @@ class RequestDesk:
     # -- inside ----------------------------------------------------------------------------------------------------
 
     def _refuse(self, numbers: Iterable[int], code: str) -> None:
-        self._tell([told for number in numbers if (told := self._answering.refused(number, code)) is not None])
+        self._tell(*(self._answering.refused(number, code) for number in numbers))
 
     def _told(self, number: int, value: Any) -> None:
         """On the body's thread: the newest progress counts, and wakes the event loop once."""
@@ -148,28 +147,23 @@ class RequestDesk:
         if asked is None:
             return
         asked.has_news = False
-        told = self._answering.progressed(number, asked.progress, time.monotonic())
-        self._tell([] if told is None else [told])
+        self._tell(self._answering.progressed(number, asked.progress, time.monotonic()))
 
     def _returned(self, body: BodyReturned) -> None:
         self._asked.pop(body.number, None)
         self._answering.body_returned(body.number)
         if body.code:
-            self._refuse_with(body)
+            self._tell(self._answering.refused(body.number, body.code, body.message))
         else:
-            told = self._answering.answered(body.number, body.answer)
-            self._tell([] if told is None else [told])
+            self._tell(self._answering.answered(body.number, body.answer))
         self._begin_more()
 
-    def _refuse_with(self, body: BodyReturned) -> None:
-        told = self._answering.refused(body.number, body.code, body.message)
-        self._tell([] if told is None else [told])
-
     def _time_passed(self) -> None:
-        self._tell(self._answering.time_passed(time.monotonic()))
+        self._tell(*self._answering.time_passed(time.monotonic()))
 
-    def _tell(self, words: Iterable[RequestWord]) -> None:
-        for one in words:
+    def _tell(self, *words: RequestWord | None) -> None:
+        """``None``: nobody waits to be told."""
+        for one in filter(None, words):
             self._send(one.asker, one.word)
             if one.is_end:
                 self._cancel(one.number)
