@@ -57,8 +57,7 @@ def _is_repeated(handler: Handler, connector: Connector) -> object:
     if not isinstance(handler, DataChannelReceivable):
         return None
     safety = ReceiverSafety.of(connector.safety, handler)
-    moves = bool(safety.is_motion or safety.motion_fields or safety.position_fields)
-    return moves, safety.max_rate_hz is None
+    return safety.is_motion, safety.max_rate_hz is None
 
 
 def route_change(

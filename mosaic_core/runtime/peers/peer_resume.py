@@ -208,7 +208,5 @@ def _sends(route: Route) -> bool:
 
 def _takes(route: Route) -> bool:
     """What operators send there is numbered across connections: never what moves something, which is never repeated."""
-    safety = route.safety
-    moves = safety.is_motion or safety.motion_fields or safety.position_fields
-    is_free = not moves and safety.max_rate_hz is None
+    is_free = not route.safety.is_motion and route.safety.max_rate_hz is None
     return isinstance(route.handler, DataChannelReceivable) and route.priority is Priority.RELIABLE and is_free
