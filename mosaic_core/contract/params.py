@@ -34,31 +34,8 @@ class Params(BaseModel):
         check_defaults(cls)
 
 
-class CameraLabel(str):
-    """Text in ``params`` that names a camera of the same robot: ``camera: CameraLabel``, ``labels: tuple[CameraLabel,
-    ...]``. A label of no camera is a mistake of the file, told with the nearest one before anything starts."""
-
-    __slots__ = ()
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
-
-
-class DataLabel(str):
-    """Text in ``params`` that names a data channel of the same robot: ``pose: DataLabel``. A label of none is a mistake
-    of the file, as of a :class:`CameraLabel`."""
-
-    __slots__ = ()
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
-
-
-class OwnFolder(str):
-    """Text in ``params`` that names a folder which this connector has to itself: ``directory: OwnFolder``. A second
-    connector of the robot with the same folder is a mistake of the file, told before anything starts."""
+class _NamingText(str):
+    """Text in ``params`` that names something of the robot, and keeps its class when it is read."""
 
     __slots__ = ()
 
@@ -66,6 +43,21 @@ class OwnFolder(str):
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         text = core_schema.no_info_before_validator_function(_as_text, core_schema.str_schema())
         return core_schema.no_info_after_validator_function(cls, text)
+
+
+class CameraLabel(_NamingText):
+    """Text in ``params`` that names a camera of the same robot: ``camera: CameraLabel``, ``labels: tuple[CameraLabel,
+    ...]``. A label of no camera is a mistake of the file, told with the nearest one before anything starts."""
+
+
+class DataLabel(_NamingText):
+    """Text in ``params`` that names a data channel of the same robot: ``pose: DataLabel``. A label of none is a mistake
+    of the file, as of a :class:`CameraLabel`."""
+
+
+class OwnFolder(_NamingText):
+    """Text in ``params`` that names a folder which this connector has to itself: ``directory: OwnFolder``. A second
+    connector of the robot with the same folder is a mistake of the file, told before anything starts."""
 
 
 def _as_text(folder: object) -> object:
