@@ -7,7 +7,7 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
-from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
+from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import BaseModel
 
@@ -36,7 +36,7 @@ from mosaic_core.contract.declared.declared_message import DeclaredMessage
 from mosaic_core.contract.declared.instance_names import check_instance_names
 from mosaic_core.contract.declared.sent_picture import check_picture, check_stamp
 from mosaic_core.contract.declared.sent_sound import check_sound
-from mosaic_core.contract.declared.type_arguments import TypeArguments
+from mosaic_core.contract.declared.type_arguments import TypeArguments, argument_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.devices.keeper import Keeper
 from mosaic_core.contract.devices.named_keeper import check_keeper
@@ -195,14 +195,7 @@ def check_said(cls: type[Handler], said: Any) -> None:
 
 def message_type_of(handler: type) -> Any:
     """The ``T`` of ``DataChannelSendable[T]`` or ``DataChannelReceivable[T]``; ``dict`` where none is written."""
-    for base in handler.__mro__:
-        for generic in getattr(base, "__orig_bases__", ()):
-            origin = get_origin(generic)
-            if isinstance(origin, type) and issubclass(origin, Handler):
-                argument = get_args(generic)[0]
-                if not isinstance(argument, TypeVar):
-                    return argument
-    return dict[str, Any]
+    return argument_of(handler, Handler, 0) or dict[str, Any]
 
 
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
@@ -381,7 +374,7 @@ def check_said_safety(cls: type[DataChannelReceivable[Any]], said: Any) -> None:
     """As :func:`check_said`, of the safety of a receiver."""
     check_bounds(cls, said.limits)
     check_resource(cls, said.resource)
-    check_timeout(cls, said.timeout_s, has_safe_action=cls.make_safe is not DataChannelReceivable.make_safe)
+    check_timeout(cls, said.timeout_s, has_safe_action=has_safe_action(cls))
 
 
 def _take_moving_fields(receiver: type[DataChannelReceivable[Any]], fields: MessageFields) -> None:
@@ -412,6 +405,11 @@ def check_made(handler: Handler) -> None:
     check_said(type(handler), handler)
     if isinstance(handler, DataChannelReceivable):
         check_said_safety(type(handler), handler)
+
+
+def has_safe_action(receiver: type[DataChannelReceivable[Any]]) -> bool:
+    """Whether its author wrote :meth:`DataChannelReceivable.make_safe`: the inherited one does nothing."""
+    return receiver.make_safe is not DataChannelReceivable.make_safe
 
 
 def reports_position(handler: DataChannelReceivable[Any]) -> bool:

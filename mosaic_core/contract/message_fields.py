@@ -7,8 +7,9 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from pydantic import AliasChoices, AliasPath, BaseModel
+from pydantic import AliasChoices, AliasPath
 
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.params import Message
 from mosaic_core.machines.commands.number_list import EVERY, NumberList
 from mosaic_core.words.limits import MotionKind
@@ -19,7 +20,7 @@ _MAX_DEPTH = 5
 
 def has_two_names(model: Any, path: list[str]) -> bool:
     """Whether a message may say a field on this path by another name than the one that is limited."""
-    if not path or not (isinstance(model, type) and issubclass(model, BaseModel)):
+    if not path or not is_model(model):
         return False
     takes_both = model.model_config.get("populate_by_name") or model.model_config.get("validate_by_name")
     for name, info in model.model_fields.items():
@@ -34,7 +35,7 @@ def has_two_names(model: Any, path: list[str]) -> bool:
 
 def may_lack(model: Any, path: Sequence[str]) -> bool:
     """Whether a message may be without the field on this path, so that there is no value at all, not even a default."""
-    if not path or not (isinstance(model, type) and issubclass(model, BaseModel)):
+    if not path or not is_model(model):
         return False
     named = {info.validation_alias or info.alias or name: info for name, info in model.model_fields.items()}
     info = named.get(path[0])
@@ -70,7 +71,7 @@ class MessageFields:
 
     def of_kind(self, kind: MotionKind) -> tuple[str, ...]:
         """The fields that a message says are of this kind; of a list of positions ``path.*``."""
-        if not (isinstance(self.message_type, type) and issubclass(self.message_type, Message)):
+        if not (is_model(self.message_type) and issubclass(self.message_type, Message)):
             return ()
         lists = {one.path: one.every for one in self.lists} if kind == "position" else {}
         paths = [path for path, its in self.message_type.motion_kinds.items() if its == kind]
@@ -86,7 +87,7 @@ class MessageFields:
 def message_fields(message_type: Any, used: Iterable[str] = (), known: Collection[str] = ()) -> MessageFields:
     """What messages of this type have. Of those without a schema every ``used`` field that is spelt so (``a.*``,
     ``a.0``) stands in a list. ``known``: the names that lists which are keyed by another may have."""
-    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+    if not is_model(message_type):
         return MessageFields(lists=_spelt_lists(used), message_type=message_type)
     schema, names_of = message_type.model_json_schema(), getattr(message_type, "keyed_by", {})
     definitions = schema.get("$defs", {})

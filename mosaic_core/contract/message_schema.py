@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pydantic import BaseModel
-
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.units import unit_of
 
 _MAX_DEPTH = 32
@@ -34,7 +33,7 @@ def alternatives_of(schema: Mapping[str, Any], node: Mapping[str, Any], depth: i
 def unit_at(message_type: Any, field: str) -> str:
     """The unit of a number of these messages, by its dotted path, or of the list that it stands in; empty where nobody
     says it."""
-    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+    if not is_model(message_type):
         return ""
     path, nodes = field.split("."), nodes_on(message_type.model_json_schema(), tuple(field.split(".")))
     said = [unit_of(name, node) for name, node in zip(path, nodes, strict=True)]

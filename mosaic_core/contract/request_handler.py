@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Awaitable, Callable, Iterator
-from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
+from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, TypeAdapter
 
 from mosaic_core.contract.declared.json_values import encoded
+from mosaic_core.contract.declared.nested_models import is_model
+from mosaic_core.contract.declared.type_arguments import argument_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.every import refuse_in_async
 from mosaic_core.contract.handler import DataChannelBidirectional, message_type_of
@@ -108,14 +110,7 @@ class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
 
 def answer_type_of(handler: type[RequestHandler[Any, Any]]) -> Any:
     """The ``A`` of ``RequestHandler[Q, A]``; ``Any`` where none is written."""
-    for base in handler.__mro__:
-        for generic in getattr(base, "__orig_bases__", ()):
-            origin = get_origin(generic)
-            if isinstance(origin, type) and issubclass(origin, RequestHandler) and len(get_args(generic)) == 2:
-                argument = get_args(generic)[1]
-                if not isinstance(argument, TypeVar):
-                    return argument
-    return Any
+    return argument_of(handler, RequestHandler, 1) or Any
 
 
 def answer_schema(handler: type[RequestHandler[Any, Any]]) -> dict[str, Any]:
@@ -147,7 +142,7 @@ def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Iterator[tuple[str, str]]:
     if mode not in (None, Delivery.RELIABLE):
         yield f"a request can't be delivered as {mode}.", "Write `Delivery.RELIABLE`, or leave it out."
     question = message_type_of(cls)
-    names = set(question.model_fields) if isinstance(question, type) and issubclass(question, BaseModel) else set()
+    names = set(question.model_fields) if is_model(question) else set()
     if "id" in names and names & {"question", "cancel"}:
         message = "a question with a field `id` beside `question` or `cancel` can't be told from a numbered request."
         yield message, "Give the field `id` another name."

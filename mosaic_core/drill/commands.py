@@ -9,8 +9,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pydantic import BaseModel
-
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
 from mosaic_core.drill.fields import Lists, at, in_lists, put
 from mosaic_core.machines.delivery.framing import PayloadKind
@@ -79,7 +78,7 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
     if wanted is str:
         return DrillCommand("drill", PayloadKind.STRING)
     fields = tuple(field for field in motion_fields(safety) if field not in safety.position_fields)
-    schema = wanted.model_json_schema() if isinstance(wanted, type) and issubclass(wanted, BaseModel) else {}
+    schema = wanted.model_json_schema() if is_model(wanted) else {}
     message = example_of(schema, schema)
     if not isinstance(message, dict):
         message = {}

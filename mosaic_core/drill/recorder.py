@@ -117,11 +117,6 @@ def is_refusal(cause: str) -> bool:
     return cause.startswith("Refused:")
 
 
-def acts_on_silence(handler: DataChannelReceivable[Any]) -> bool:
-    """Whether its author wrote a safe action at all: the inherited one does nothing."""
-    return type(handler).make_safe is not DataChannelReceivable.make_safe
-
-
 def _nothing(data: Any) -> None:
     """In place of ``handle_data`` and ``make_safe``."""
 

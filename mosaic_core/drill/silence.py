@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import time
 
+from mosaic_core.contract.handler import has_safe_action
 from mosaic_core.drill.command_stream import BEGIN_S, CommandStream, in_background, moving, opened
 from mosaic_core.drill.findings import TOLERANCE_S, ExerciseFailed, NotExercised, Passed, in_time
-from mosaic_core.drill.recorder import Act, acts_on_silence
+from mosaic_core.drill.recorder import Act
 from mosaic_core.drill.rig import DrilledReceiver, Rig, comes_true
 from mosaic_core.words.control import PEER_LOST_AFTER_S
 
@@ -26,7 +27,7 @@ async def safe_action(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Nothing is run: whether its author wrote a safe action at all."""
     if subject.safety.on_timeout == "hold":
         raise NotExercised("on_timeout: hold, so that nothing is done on purpose")
-    if acts_on_silence(subject.handler):
+    if has_safe_action(type(subject.handler)):
         return Passed("make_safe", "make_safe")
     if subject.safety.on_timeout == "zero" and subject.command is not None and subject.command.fields:
         return Passed("make_safe", "zeros")

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from importlib.metadata import EntryPoint
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
 
 from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.declared.nested_models import models_in
 from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.contract.params import CameraLabel, DataLabel
-from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.contract.request_handler import RequestHandler, answer_type_of
 from mosaic_core.laboratory.joining import checked_config, connector
 from mosaic_core.ladder.fault import Fault, NotJudged
 from mosaic_core.ladder.shipment import Shipment
@@ -134,9 +135,7 @@ class Examinee:
     def message_models(self) -> list[type[BaseModel]]:
         """Every model of its messages, also those inside others."""
         roots = [message_type_of(type(one)) for one in self.handlers]
-        for one in self.handlers:
-            if isinstance(one, RequestHandler):
-                roots += [*_answers(type(one))]
+        roots += [answer_type_of(type(one)) for one in self.handlers if isinstance(one, RequestHandler)]
         return list(dict.fromkeys(model for root in roots for model in models_within(root)))
 
     def param_models(self) -> list[type[BaseModel]]:
@@ -150,19 +149,11 @@ class Examinee:
         return Fault(message, place if place.file else self.place, trace_of(error))
 
 
-def _answers(handler: type[Any]) -> Iterator[Any]:
-    for base in handler.__mro__:
-        for generic in getattr(base, "__orig_bases__", ()):
-            yield from get_args(generic)[1:]
-
-
 def models_within(annotation: Any, depth: int = 0) -> Iterator[type[BaseModel]]:
     """The pydantic models that a type is made of."""
     if depth > _MAX_DEPTH:
         return
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-        for info in annotation.model_fields.values():
+    for model in models_in(annotation):
+        yield model
+        for info in model.model_fields.values():
             yield from models_within(info.annotation, depth + 1)
-    for inner in get_args(annotation):
-        yield from models_within(inner, depth + 1)

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from pydantic import BaseModel
-
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.drill.command_stream import opened
 from mosaic_core.drill.commands import DrillCommand
@@ -34,8 +33,7 @@ async def fed_with_garbage(one: Examinee) -> list[tuple[type[Any], str, str]]:
     found: list[tuple[type[Any], str, str]] = []
     async with rig_of(one.configured(one.trial), live=True) as rig:
         for subject in rig.subjects:
-            is_model = _is_model(message_type_of(type(subject.handler)))
-            if subject.safety.is_motion and not is_model:
+            if subject.safety.is_motion and not is_model(message_type_of(type(subject.handler))):
                 raise NotJudged("it moves something by messages of any shape: give them a model first")
             try:
                 found += await _failures_of(rig, subject)
@@ -69,10 +67,6 @@ def garbage() -> Iterator[bytes]:
     chance = random.Random(_SEED)
     for _ in range(_RANDOM_PAYLOADS):
         yield chance.randbytes(chance.randrange(1, 200))
-
-
-def _is_model(wanted: object) -> bool:
-    return isinstance(wanted, type) and issubclass(wanted, BaseModel)
 
 
 def _shown(payload: bytes) -> str:

@@ -9,11 +9,11 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.handler import DataChannelReceivable, message_type_of
+from mosaic_core.contract.declared.nested_models import is_model
+from mosaic_core.contract.handler import DataChannelReceivable, has_safe_action, message_type_of
 from mosaic_core.contract.units import KNOWN_UNITS, unit_of
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.drill import drill
-from mosaic_core.drill.recorder import acts_on_silence
 from mosaic_core.drill.rig import is_request
 from mosaic_core.ladder.absent_devices import absent_device_errors
 from mosaic_core.ladder.examinee import Examinee
@@ -40,12 +40,8 @@ def messages_are_typed(one: Examinee) -> Iterator[Fault]:
     for handler in one.handlers:
         wanted = message_type_of(type(handler))
         is_json = handler.data_type in (MosaicDataType.JSON_R2U, MosaicDataType.JSON_U2R, MosaicDataType.JSON_BI)
-        if is_json and not handler.is_for_originals and wanted is not Any and not _is_model(wanted):
+        if is_json and not handler.is_for_originals and wanted is not Any and not is_model(wanted):
             yield Fault(f"{type(handler).__name__} has no type of message", place_of_class(type(handler)))
-
-
-def _is_model(wanted: object) -> bool:
-    return isinstance(wanted, type) and issubclass(wanted, BaseModel)
 
 
 def messages_have_units(one: Examinee) -> Iterator[Fault]:
@@ -141,7 +137,7 @@ def motion_is_guarded(one: Examinee) -> Iterator[Fault]:
         kind = type(receiver)
         if safety.timeout_s is None:
             yield Fault(f"{kind.__name__} moves and has no timeout_s", place_of_class(kind))
-        if not acts_on_silence(receiver):
+        if not has_safe_action(kind):
             yield Fault(f"{kind.__name__} moves and has no make_safe()", place_of_class(kind))
         if not (says_motion(kind) or safety.motion_fields or safety.position_fields or safety.limits):
             yield Fault(f"{kind.__name__} names no motion_fields or position_fields", place_of_class(kind))

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
-from pydantic import BaseModel
-
 from mosaic_core.cli.configuration.connector_description import message_rows
 from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.example import example_of
-from mosaic_core.contract.handler import DataChannelReceivable, message_type_of
+from mosaic_core.contract.handler import DataChannelReceivable, has_safe_action, message_type_of
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.contract.units import unit_of
 from mosaic_core.harness.building import checked_entry
@@ -106,7 +105,7 @@ def _safety(handler: DataChannelReceivable[Any], its: ReceiverSafety) -> dict[st
         "requires_lease": its.resource is not None,
         "resource": its.resource or handler.resource,
         "timeout_s": its.timeout_s,
-        "safe_action": type(handler).make_safe is not DataChannelReceivable.make_safe,
+        "safe_action": has_safe_action(type(handler)),
         "reports_position": type(handler).reported_position is not DataChannelReceivable.reported_position,
         "motion_fields": list(its.motion_fields),
         "position_fields": list(its.position_fields),
@@ -126,7 +125,7 @@ def _limit(limit: FieldLimit, handler: DataChannelReceivable[Any]) -> dict[str, 
 def _unit(field: str, handler: DataChannelReceivable[Any]) -> str:
     """The unit of a number of its messages, of one in a list that of the list."""
     message_type = message_type_of(type(handler))
-    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+    if not is_model(message_type):
         return ""
     its = fields_of(handler, SafetyConfig()).list_of(field)
     schema = message_type.model_json_schema()

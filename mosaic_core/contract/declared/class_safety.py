@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.declared.type_arguments import bare_bases
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.field_kinds import kind_of
@@ -47,7 +48,7 @@ def _untyped(cls: type) -> tuple[str, str] | None:
 def check_lists(cls: type, message_type: Any) -> None:
     """Refuse a ``keyed_by`` that names no two lists of its messages."""
     keyed_by = getattr(message_type, "keyed_by", None)
-    if not keyed_by or not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+    if not keyed_by or not is_model(message_type):
         return
     texts, lists = text_lists(message_type.model_json_schema()), message_fields(message_type).lists
     for path, names in keyed_by.items():

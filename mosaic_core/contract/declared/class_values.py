@@ -8,8 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from pydantic import BaseModel
-
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.media import EncodingParams, PacketCodec
 from mosaic_core.contract.sound import SoundEncoding
@@ -148,6 +147,6 @@ def check_widget(cls: type, widget: object, kind: Kind) -> None:
 
 def check_sent(cls: type, sends: object) -> None:
     """Refuse a type of what it sends that is none."""
-    if sends is not None and not (isinstance(sends, type) and issubclass(sends, BaseModel)):
+    if sends is not None and not is_model(sends):
         message = f"sends is {sends!r}, and no type of messages."
         raise wrong_declaration(cls, message, "Name a subclass of Message, or leave it out.")

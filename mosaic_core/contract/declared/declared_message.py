@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails, PydanticSerializationError
 
 from mosaic_core.contract.declared.code_lines import caller, code_of
 from mosaic_core.contract.declared.json_values import encoded, odd_part
-from mosaic_core.contract.declared.nested_models import names_of
+from mosaic_core.contract.declared.nested_models import is_model, names_of
 from mosaic_core.contract.declared.wrong_declaration import wrong_message
 from mosaic_core.machines.delivery.finite_message import finite
 from mosaic_core.machines.delivery.message_shapes import MessageShapes, shape_of
@@ -40,7 +40,7 @@ class DeclaredMessage:
     def __init__(self, handler: type, declared: Any) -> None:
         self._handler = handler
         self._declared = declared
-        self._model: type[BaseModel] | None = declared if _is_model(declared) else None
+        self._model: type[BaseModel] | None = declared if is_model(declared) else None
         self._taken: Any = self._model or (_BYTES if declared is bytes else str if declared is str else _JSON)
         self._shapes = MessageShapes()
         self._told: set[tuple[str, str]] = set()
@@ -169,7 +169,3 @@ def _mistakes(model: type[BaseModel], text: str, *, strict: bool) -> list[ErrorD
     except ValidationError as error:
         return error.errors(include_url=False, include_input=False, include_context=False)
     return []
-
-
-def _is_model(declared: Any) -> bool:
-    return isinstance(declared, type) and issubclass(declared, BaseModel)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 from pydantic import AliasChoices, BaseModel
 from pydantic.fields import FieldInfo
@@ -23,9 +23,14 @@ def check_nested(cls: type[BaseModel]) -> None:
                 raise wrong_declaration(cls, message, f"Derive {model.__name__} from Params.")
 
 
+def is_model(annotation: object) -> TypeGuard[type[BaseModel]]:
+    """Whether it is the class of a model, and nothing else that may stand in an annotation."""
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
 def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
     """The models that a value of this type may be, or have inside."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if is_model(annotation):
         yield annotation
     for argument in get_args(annotation):
         yield from models_in(argument)

@@ -1,4 +1,4 @@
-"""Refuses a class that says too few, too many or none of the types that its base takes in brackets.
+"""Reads the types that a class gives its bases in brackets, and refuses one that says too few, too many or none.
 
 ``typing`` refuses a wrong number by itself, before there is a class that could be named.
 """
@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, cast
+from typing import Any, TypeVar, cast, get_args, get_origin
 
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 
@@ -54,6 +54,18 @@ _MEANINGS = {"P": "YourParams", "T": "YourMessage", "Q": "YourQuestion", "A": "Y
 def bare_bases(cls: type) -> Iterator[type]:
     """The bases that take types and got none."""
     return (base for base in _bases_of(cls) if isinstance(base, type) and _taken_by(base))
+
+
+def argument_of(cls: type, base: type, index: int) -> Any:
+    """What ``cls``, or the nearest class that it derives from, has at this place in the brackets of ``base`` or of a
+    class derived from that; ``None`` where nothing is said there."""
+    for one in cls.__mro__:
+        for generic in vars(one).get("__orig_bases__", ()):
+            origin, arguments = get_origin(generic), get_args(generic)
+            is_its = isinstance(origin, type) and issubclass(origin, base)
+            if is_its and len(arguments) > index and not isinstance(arguments[index], TypeVar):
+                return arguments[index]
+    return None
 
 
 def _bases_of(cls: type) -> tuple[Any, ...]:

@@ -8,10 +8,10 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
-from pydantic import BaseModel, PydanticUserError, TypeAdapter, ValidationError
+from pydantic import PydanticUserError, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from mosaic_core.contract.declared.nested_models import keeps_unknown, names_of
+from mosaic_core.contract.declared.nested_models import is_model, keeps_unknown, names_of
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.configuration.config_problems import known_keys
@@ -101,8 +101,7 @@ class PayloadReader:
         """Where the whole of it is no JSON object."""
         if not any(one["type"] in _NO_OBJECT and not one["loc"] for one in mistakes):
             return ""
-        is_model = isinstance(self._type, type) and issubclass(self._type, BaseModel)
-        fields = ", ".join(dict.fromkeys(names_of(self._type))) if is_model else ""
+        fields = ", ".join(dict.fromkeys(names_of(self._type))) if is_model(self._type) else ""
         return "a JSON object is wanted" + (f", with the fields {fields}"[:MAX_LETTERS] if fields else "")
 
     def _no_field(self, loc: tuple[int | str, ...]) -> str:
@@ -111,8 +110,7 @@ class PayloadReader:
     def _unknown_beside(self, mistakes: list[ErrorDetails], value: Any) -> str:
         """The first key that is no field, where a field is missing: it was probably meant to be that one."""
         missing = [str(one["loc"][0]) for one in mistakes if one["type"] == "missing" and len(one["loc"]) == 1]
-        is_model = isinstance(self._type, type) and issubclass(self._type, BaseModel)
-        if not missing or not is_model or not isinstance(value, dict):
+        if not missing or not is_model(self._type) or not isinstance(value, dict):
             return ""
         known = {*names_of(self._type)}
         unknown = next((key for key in value if key not in known), None)

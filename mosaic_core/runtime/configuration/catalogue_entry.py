@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pydantic import BaseModel
-
+from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, sent_type_of
 from mosaic_core.contract.request_handler import RequestHandler, answer_schema
 from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups, terms_for
@@ -86,7 +85,7 @@ def _messages_of(handler: Handler) -> dict[str, Any]:
 def message_schema(handler: Handler) -> dict[str, Any] | None:
     """JSON Schema, with units, of one message; ``None`` where the handler has no message type."""
     message_type = message_type_of(type(handler))
-    if not (isinstance(message_type, type) and issubclass(message_type, BaseModel)):
+    if not is_model(message_type):
         return None
     receives = isinstance(handler, DataChannelReceivable)
     return message_type.model_json_schema(mode="validation" if receives else "serialization")

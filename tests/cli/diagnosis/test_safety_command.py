@@ -104,7 +104,7 @@ def test_the_drill_speaks_json(mosaic: Callable[..., Any], base_yaml: Path) -> N
 def test_a_failure_is_exit_code_1(mosaic: Callable[..., Any], base_yaml: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from mosaic_core.drill import silence
 
-    monkeypatch.setattr(silence, "acts_on_silence", lambda handler: False)
+    monkeypatch.setattr(silence, "has_safe_action", lambda kind: False)
     ended = mosaic("safety", "drill", str(base_yaml), "--only", "safe-action")
     assert ended.code == 1
     assert "make_safe is not written" in " ".join(ended.out.split())

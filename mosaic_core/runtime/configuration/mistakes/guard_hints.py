@@ -9,7 +9,13 @@ from typing import Any
 
 from mosaic_core.contract.declared.code_lines import standing_at
 from mosaic_core.contract.devices.named_keeper import keepers_of
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
+from mosaic_core.contract.handler import (
+    DataChannelReceivable,
+    Handler,
+    has_safe_action,
+    message_type_of,
+    reports_position,
+)
 from mosaic_core.contract.message_fields import is_bound, may_lack
 from mosaic_core.contract.message_schema import unit_at
 from mosaic_core.contract.request_handler import RequestHandler
@@ -37,7 +43,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
         yield from _unheard(one, handler)
         yield from _unkept(one, handler)
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
-        is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
+        is_mover = has_timeout or has_safe_action(type(handler))
         own_limits = handler.limits or safety.limits or safety.field_limits()
         has_fields = says_motion(type(handler)) or handler.position_fields or own_limits
         if unstopped or not is_mover or has_fields:
@@ -63,7 +69,7 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
 def _unheard(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
     """It has a safe action, and moves nothing that a stop would concern."""
     kind, safety = type(handler), one.safety
-    has_action = kind.make_safe is not DataChannelReceivable.make_safe and not isinstance(handler, RequestHandler)
+    has_action = has_safe_action(kind) and not isinstance(handler, RequestHandler)
     is_guarded = timeout_of(safety, handler) is not None or resource_of(safety, handler) is not None
     has_fields = handler.motion_fields or handler.position_fields or bounds_of(handler, safety)
     if has_action and says_motion(kind) and not is_guarded and not has_fields:
@@ -158,7 +164,7 @@ def _unstopped(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> It
     kind, safety = type(handler), one.safety
     resource, fields = resource_of(safety, handler), (*handler.motion_fields, *handler.position_fields)
     has_timeout = timeout_of(safety, handler) is not None
-    has_action = kind.make_safe is not DataChannelReceivable.make_safe
+    has_action = has_safe_action(kind)
     is_bounded = isinstance(handler, RequestHandler) or (safety.on_loss or safety.on_timeout) != "callback"
     if is_bounded or (has_timeout and has_action):
         return
