@@ -372,6 +372,16 @@ class Scene:
         self.network = network
         self.hooks = hooks_seen
 
+    async def offered(self, *offer: str, **more: Any) -> FakeAnswerer:
+        """The peer connection of an operator whose offer the server passes on; it has said nothing yet."""
+        await self.network.ready()
+        return await self.network.offer(*offer, **more)
+
+    async def greeted(self, *offer: str, **more: Any) -> tuple[FakeAnswerer, Control]:
+        """As :meth:`offered`, of an operator of ours that has connected and said hello."""
+        end = await self.offered(*offer, **more)
+        return end, await end.greet()
+
     async def connects(
         self,
         name: str,

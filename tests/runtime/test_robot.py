@@ -98,9 +98,7 @@ async def test_an_original_server_gets_exactly_its_own_keys_and_the_statuses_in_
 
 async def test_an_operator_hears_hello_catalogue_messages_and_pong(kit: Any) -> None:
     async with kit.running(kit.connector_of(Counter("count"))) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         assert control.heard("hello")[0].software == "mosaic-test"
         assert control.heard("catalogue")[0].catalogue == scene.robot.catalogue
         channel = operator.open("count")
@@ -139,8 +137,7 @@ async def test_an_original_operator_gets_bare_text_and_every_camera(kit: Any) ->
 
     parts = [kit.connector_of(Counter("count")), kit.connector_of(camera), kit.connector_of(base)]
     async with kit.running(*parts) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
+        operator = await scene.offered()
         operator.listener.state_changed("connected")
         channel = operator.open("count", "")
         await kit.until(lambda: channel.sent)
@@ -158,9 +155,7 @@ async def test_a_camera_runs_only_while_somebody_watches(kit: Any) -> None:
     camera = CountedCamera("front")
 
     async with kit.running(kit.connector_of(camera), kit.connector_of(CountedCamera("rear"))) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer(sdp="offer:1")
-        control = await operator.greet()
+        operator, control = await scene.greeted(sdp="offer:1")
         assert [note.label for note in control.heard("media.unavailable")] == ["rear"]
         assert camera.runs_now == 0
         control.say(MediaWatch(label="front", on=True))
@@ -183,9 +178,7 @@ async def test_silence_stops_the_base_and_a_refused_command_does_not_keep_it_ali
     base = Base("drive")
 
     async with kit.running(kit.connector_of(base, delivery=Delivery.LATEST)) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         drive = operator.open("drive")
         drive.say({"v": 1})
         await kit.until(lambda: base.log)
@@ -210,9 +203,7 @@ async def test_what_does_not_fit_is_refused_and_counted(kit: Any, payload: str, 
     base = Base("drive")
 
     async with kit.running(kit.connector_of(base)) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         seq = operator.open("drive").say(payload)
         await kit.until(lambda: control.heard("refusal"))
         [refusal] = control.heard("refusal")
@@ -226,9 +217,7 @@ async def test_stale_and_overtaken_commands_never_act(kit: Any) -> None:
     base = Base("drive")
 
     async with kit.running(kit.connector_of(base, delivery=Delivery.LATEST)) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         drive = operator.open("drive")
         drive.stamp_offset_s = control.channel.stamp_offset_s = 3600.0
         drive.say({"v": 1}, seq=10)
@@ -353,9 +342,7 @@ async def test_a_connection_is_closed_once_the_operator_has_the_good_bye_and_not
 ) -> None:
     monkeypatch.setattr("mosaic_core.runtime.peers.peer._BYE_CHECKS", 100_000)
     async with kit.running(kit.connector_of(Counter("count"))) as scene:
-        await scene.network.ready()
-        first = await scene.network.offer("p1")
-        control = await first.greet()
+        first, control = await scene.greeted("p1")
         control.channel.under_way_bytes = 100
         await scene.network.offer("p2")
         await kit.until(lambda: control.heard("bye"))
@@ -366,9 +353,7 @@ async def test_a_connection_is_closed_once_the_operator_has_the_good_bye_and_not
 
 async def test_whoever_confirms_no_good_bye_is_waited_for_half_a_second(kit: Any) -> None:
     async with kit.running(kit.connector_of(Counter("count"))) as scene:
-        await scene.network.ready()
-        first = await scene.network.offer("p1")
-        control = await first.greet()
+        first, control = await scene.greeted("p1")
         control.channel.under_way_bytes = 100
         await scene.network.offer("p2")
         assert await kit.until(lambda: first.is_closed) >= 0.4
@@ -407,9 +392,7 @@ async def test_a_peer_that_ended_while_its_offer_was_answered_leaves_nothing_bou
 
 async def test_unknown_labels_and_messages_to_a_sender_are_refused_by_name(kit: Any) -> None:
     async with kit.running(kit.connector_of(Counter("count"))) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         assert not operator.open("cuont").is_open
         operator.open("count").say({"v": 1})
         await kit.until(lambda: len(control.heard("refusal")) == 2)
@@ -450,9 +433,7 @@ async def test_a_failing_receiver_rests_reports_and_comes_back(kit: Any, monkeyp
     base = Base("drive")
 
     async with kit.running(kit.connector_of(base)) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         drive = operator.open("drive")
         drive.say({"break": True})
         drive.say({"v": 1})
@@ -514,9 +495,7 @@ class LeavingAsyncValidator(DataChannelReceivable[LeavingMessage]):
 @pytest.mark.parametrize("made", [LeavingAsync, LeavingValidator, LeavingAsyncValidator])
 async def test_sys_exit_in_a_receiver_is_a_failure_and_the_robot_goes_on(kit: Any, made: Callable[[str], Any]) -> None:
     async with kit.running(kit.connector_of(made("in"))) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        await operator.greet()
+        operator, _ = await scene.greeted()
         operator.open("in").say({"speed": 1.0})
         await kit.until(lambda: scene.hooks.of("failed"))
         assert isinstance(scene.hooks.of("failed")[0]["error"], SystemExit)
@@ -587,9 +566,7 @@ async def test_an_async_sender_and_an_async_receiver_share_the_loop(kit: Any) ->
     receiver = Async("in")
 
     async with kit.running(kit.connector_of(Ticks("out")), kit.connector_of(receiver)) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        await operator.greet()
+        operator, _ = await scene.greeted()
         out = operator.open("out")
         operator.open("in").say({"a": 1})
         await kit.until(lambda: len(out.values()) > 3 and receiver.got == [{"a": 1}])
@@ -614,9 +591,7 @@ async def test_an_operator_who_makes_the_robot_keep_too_much_is_sent_away_and_na
     kit: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with kit.running(kit.connector_of(Counter("count"))) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        control = await operator.greet()
+        operator, control = await scene.greeted()
         operator.listener.bound_exceeded("a message has no end")
         await kit.until(lambda: operator.is_closed)
         assert [(bye.code, bye.message) for bye in control.heard("bye")] == [

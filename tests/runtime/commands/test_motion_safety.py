@@ -33,9 +33,7 @@ class Wheels(DataChannelJsonReceivable):
 
 
 async def _drive(kit: Any, scene: Any, wheels: Wheels) -> Any:
-    await scene.network.ready()
-    operator = await scene.network.offer()
-    await operator.greet()
+    operator, _ = await scene.greeted()
     drive = operator.open("drive")
     drive.say({"v": 1})
     await kit.until(lambda: wheels.log)

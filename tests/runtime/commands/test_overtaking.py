@@ -12,7 +12,7 @@ import pytest
 from pydantic import field_validator
 
 from mosaic_core import DataChannelJsonReceivable, DataChannelReceivable, Message, Sender
-from mosaic_core.machines.commands.gates import Gate
+from mosaic_core.machines.commands.gates import Gate, GateRefusal
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority
@@ -75,6 +75,17 @@ class Scene:
         generation = self.receiver.watch.generation
         now_s = time.monotonic()
         self.receiver.accept(Incoming("slow", payload, ANN, 1, now_s, 0, self.opening, generation))
+
+    async def refusal(self) -> GateRefusal:
+        """Of the only command that it ever gets."""
+        self.receiver.start()
+        self.says(b'{"v": 1.0}')
+        await until(lambda: self.done)
+        self.receiver.close()
+        await self.receiver.closed()
+        [outcome] = self.done
+        assert outcome.refusal is not None
+        return outcome.refusal
 
     async def hanging(self) -> None:
         self.handler.goes_on.clear()
@@ -228,15 +239,9 @@ async def test_what_a_plugin_raised_is_in_the_robots_log_and_not_in_what_its_ope
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     scene = Scene(Broken())
-    scene.receiver.start()
-    scene.says(b'{"v": 1.0}')
-    await until(lambda: scene.done)
-    scene.receiver.close()
-    await scene.receiver.closed()
-    [outcome] = scene.done
-    assert outcome.refusal is not None
-    assert outcome.refusal.code == "plugin.failed"
-    assert "bus" not in outcome.refusal.message
+    refusal = await scene.refusal()
+    assert refusal.code == "plugin.failed"
+    assert "bus" not in refusal.message
     assert "the bus is gone" in caplog.text
 
 
@@ -256,12 +261,6 @@ class Typed(DataChannelReceivable[Reading]):
 
 async def test_a_message_whose_own_check_breaks_fails_like_its_handle_data(caplog: pytest.LogCaptureFixture) -> None:
     scene = Scene(Typed("slow"))
-    scene.receiver.start()
-    scene.says(b'{"v": 1.0}')
-    await until(lambda: scene.done)
-    scene.receiver.close()
-    await scene.receiver.closed()
-    [outcome] = scene.done
-    assert outcome.refusal is not None
-    assert (outcome.refusal.gate, outcome.refusal.code) == (Gate.HANDLER, "plugin.failed")
+    refusal = await scene.refusal()
+    assert (refusal.gate, refusal.code) == (Gate.HANDLER, "plugin.failed")
     assert "the table is gone" in caplog.text

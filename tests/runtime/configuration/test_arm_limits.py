@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import pytest
+from support.refused_start import problems_at_start
 
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, FieldBounds, NoParams
 from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.testing import Silence, build, connector, feed, joined
+from mosaic_core.testing import Silence, build, feed
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_core.words.limits import FieldLimit
 
 
@@ -76,16 +75,6 @@ def test_a_lease_that_the_file_takes_away_is_none() -> None:
     assert safety_of(requires_lease=False).resource is None
 
 
-def problems_of(**safety: Any) -> list[Problem]:
-    async def start() -> None:
-        async with joined(connector(ArmConfigurer, label="a", safety=safety)):
-            raise AssertionError("it started")
-
-    with pytest.raises(ConfigError) as caught:
-        asyncio.run(start())
-    return list(caught.value.problems)
-
-
 @pytest.mark.parametrize(
     ("field", "bounds", "path", "message", "cure"),
     [
@@ -143,7 +132,7 @@ def problems_of(**safety: Any) -> list[Problem]:
 def test_a_limit_of_the_file_that_nothing_can_follow_is_told_at_its_place(
     field: str, bounds: dict[str, Any], path: str, message: str, cure: str
 ) -> None:
-    (problem,) = problems_of(limits={field: bounds})
+    (problem,) = problems_at_start(ArmConfigurer, label="a", safety={"limits": {field: bounds}})
     assert (problem.path, problem.message) == (f"connectors[0].safety.limits.{path}", message)
     assert cure in problem.cure
 

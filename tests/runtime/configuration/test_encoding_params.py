@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from support.refused_start import problems_at_start
 
 from mosaic_core import AudioTrackHandler, EncodingParams, Handler, MediaTrackConfigurer, MediaTrackHandler, NoParams
 from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.testing import connector, joined
-from mosaic_core.words.errors import ConfigError
 
 
 class Eye(MediaTrackHandler):
@@ -44,13 +44,8 @@ def configurer_of(kind: Any, make: Any) -> Any:
 @pytest.mark.parametrize(
     ("params", "handler"), [(EncodingParams, Eye), (SoundEncoding, Ear)], ids=["camera", "microphone"]
 )
-async def test_params_of_encoding_that_nobody_takes_are_told_with_the_line_of_the_class(
-    params: Any, handler: Any
-) -> None:
-    with pytest.raises(ConfigError) as told:
-        async with joined(connector(configurer_of(params, lambda label, its: [handler(label)]), label="front")):
-            pass
-    (problem,) = told.value.problems
+def test_params_of_encoding_that_nobody_takes_are_told_with_the_line_of_the_class(params: Any, handler: Any) -> None:
+    (problem,) = problems_at_start(configurer_of(params, lambda label, its: [handler(label)]), label="front")
     assert f"{handler.__name__} takes nothing of what its params say of encoding" in problem.message
     assert problem.cure == f"write self.encoding = params in {handler.__name__}.__init__"
     assert problem.file == __file__

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any, ClassVar
 
 import pytest
 from pydantic import Field
+from support.refused_start import problems_at_start
 
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Message, NoParams, unit
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.testing import build, connector, joined
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import Problem
 from mosaic_core.words.limits import NO_SLOW_DOWN, FieldLimit
 
 
@@ -58,13 +58,7 @@ class ArmConfigurer(BlindConfigurer):
 
 
 def problems_of(configurer: Any, safety: dict[str, Any]) -> list[Problem]:
-    async def start() -> None:
-        async with joined(connector(configurer, label="a", safety=safety)):
-            raise AssertionError("it started")
-
-    with pytest.raises(ConfigError) as caught:
-        asyncio.run(start())
-    return list(caught.value.problems)
+    return problems_at_start(configurer, label="a", safety=safety)
 
 
 def field(name: str, **bounds: Any) -> dict[str, Any]:

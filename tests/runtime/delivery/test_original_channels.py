@@ -50,8 +50,7 @@ async def test_an_original_dashboard_wakes_the_body_and_gets_its_burst_in_order(
     cloud, connector = cloud_of(kit)
 
     async with kit.running(connector) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
+        operator = await scene.offered()
         assert cloud.runs_now == 0
         channel = operator.open("cloud-0", "")
         await kit.until(lambda: len(channel.sent) >= 6)
@@ -64,8 +63,7 @@ async def test_one_body_serves_both_and_rests_when_the_last_has_gone(kit: Any) -
     cloud, connector = cloud_of(kit)
 
     async with kit.running(connector) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
+        operator = await scene.offered()
         channel = operator.open("cloud-0", "")
         await kit.until(lambda: channel.sent)
         own = operator.open("cloud")
@@ -83,9 +81,7 @@ async def test_a_burst_on_a_framed_channel_is_one_frame_per_part(kit: Any) -> No
     _, connector = cloud_of(kit)
 
     async with kit.running(connector) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        await operator.greet()
+        operator, _ = await scene.greeted()
         channel = operator.open("cloud-0")
         await kit.until(lambda: len(channel.frames()) >= 3)
         frames = channel.frames()[:3]
@@ -127,8 +123,7 @@ async def test_a_channel_for_originals_repeats_the_handler_before_it_wherever_th
     assert connector.terms_of(channel) == connector.terms_of(cloud) != connector.terms_of(still)
 
     async with kit.running(connector) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
+        operator = await scene.offered()
         opened = operator.open("cloud-0", "")
         await kit.until(lambda: len(opened.sent) >= 3)
         assert (opened.sent[:3], cloud.runs_now, still.runs_now) == ([b"meta", b"one", b"two"], 1, 0)
@@ -161,9 +156,7 @@ async def test_original_dashboards_get_the_text_that_they_know_and_it_is_made_fo
     scan = Scan("scan")
 
     async with kit.running(kit.connector_of(scan)) as scene:
-        await scene.network.ready()
-        operator = await scene.network.offer()
-        await operator.greet()
+        operator, _ = await scene.greeted()
         own = operator.open("scan")
         await kit.until(lambda: len(own.frames()) > 2)
         assert scan.texts == 0

@@ -6,6 +6,7 @@ import inspect
 from typing import Any
 
 import pytest
+from support.refused_start import problems_at_start
 
 from mosaic_core import (
     DataChannelConfigurer,
@@ -17,7 +18,7 @@ from mosaic_core import (
 )
 from mosaic_core.testing import connector, joined
 from mosaic_core.words.config import SafetyConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import Problem
 
 
 class Wheels(DataChannelJsonReceivable):
@@ -53,11 +54,8 @@ def configurer_of(*handlers: Handler) -> Any:
     return OneConfigurer
 
 
-async def refusal_of(*handlers: Handler) -> Problem:
-    with pytest.raises(ConfigError) as refused:
-        async with joined(connector(configurer_of(*handlers), label="it")):
-            raise AssertionError("it started")
-    (problem,) = refused.value.problems
+def refusal_of(*handlers: Handler) -> Problem:
+    (problem,) = problems_at_start(configurer_of(*handlers), label="it")
     assert problem.code == "config.broken_plugin"
     return problem
 
@@ -80,8 +78,8 @@ def place_of(kind: type) -> str:
         (Wheels("it", widget="joystik"), "there is no widget 'joystik'"),
     ],
 )
-async def test_what_only_the_instance_says_is_told_with_its_class_and_line(handler: Handler, words: str) -> None:
-    problem = await refusal_of(handler)
+def test_what_only_the_instance_says_is_told_with_its_class_and_line(handler: Handler, words: str) -> None:
+    problem = refusal_of(handler)
     kind = type(handler)
     assert problem.message.startswith("connector 'it' of ")
     assert f" can't be made: {kind.__name__}: {words}" in f"{problem.message} {problem.cure}"
@@ -94,15 +92,15 @@ async def test_what_it_may_say_is_taken() -> None:
         assert joint.operator is not None
 
 
-async def test_two_handlers_of_one_label_are_told_with_their_classes() -> None:
-    problem = await refusal_of(Wheels("it"), State("it"))
+def test_two_handlers_of_one_label_are_told_with_their_classes() -> None:
+    problem = refusal_of(Wheels("it"), State("it"))
     told = f" makes two handlers of one label 'it': Wheels ({place_of(Wheels)}) and State ({place_of(State)})"
     assert problem.message.endswith(told)
     assert problem.cure.startswith("give each a label of its own")
 
 
-async def test_a_resource_without_a_lease_is_told() -> None:
-    problem = await refusal_of(Leased("it"))
+def test_a_resource_without_a_lease_is_told() -> None:
+    problem = refusal_of(Leased("it"))
     assert problem.message.endswith("Leased needs no lease, so that its resource 'arm' guards nothing")
     assert f"{problem.file}:{problem.line}" == place_of(Leased)
     assert problem.cure == "write requires_lease = True in Leased, or remove its resource"
