@@ -10,7 +10,7 @@ from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.resolver import InstalledConnector
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
-from mosaic_core.words.errors import NOWHERE, CodeLine, Problem
+from mosaic_core.words.errors import NOWHERE, CodeLine, ConfigError, Problem
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,3 +70,9 @@ class Validation:
     checked: CheckedConfig | None
     document: YamlDocument
     connectors: tuple[CheckedConnector, ...]
+
+    def sound(self) -> CheckedConfig:
+        """What can be started from it. Raises :class:`ConfigError` with its problems."""
+        if self.checked is None:
+            raise ConfigError(self.problems)
+        return self.checked

@@ -26,10 +26,7 @@ def load_config(
     path: Path | str, *, resolver: ConnectorResolver | None = None, environ: Mapping[str, str] | None = None
 ) -> CheckedConfig:
     """Read and check a file. Raises :class:`ConfigError` with every mistake."""
-    validation = validate_file(path, resolver=resolver, environ=environ)
-    if validation.checked is None:
-        raise ConfigError(validation.problems)
-    return validation.checked
+    return validate_file(path, resolver=resolver, environ=environ).sound()
 
 
 def validate_file(
@@ -55,10 +52,7 @@ def load_connectors(path: Path | str, *, resolver: ConnectorResolver | None = No
         document.tree.pop("server", None)
         document.unknown = {place for place in document.unknown if place[:1] != ("server",)}
         document.problems = [one for one in document.problems if one.path.partition(".")[0] != "server"]
-    validation = validate_document(document, resolver)
-    if validation.checked is None:
-        raise ConfigError(validation.problems)
-    return validation.checked
+    return validate_document(document, resolver).sound()
 
 
 def check_config(config: RobotConfig, *, resolver: ConnectorResolver | None = None) -> CheckedConfig:

@@ -34,18 +34,12 @@ def validated(
     Mistakes in values that depend on a missing environment variable are not reported: nobody knows the value.
     ``where_it_belongs`` may know a cure for a key in a place where it isn't taken.
     """
-    try:
-        return model.model_validate(data), []
-    except ValidationError as error:
-        mistakes = error.errors(include_url=False)
+    value, mistakes = _read(model, data)
     texts = {place: document.texts[place] for place in _meant_as_text(mistakes, document, base)}
     if texts:
         for place, text in texts.items():
             data = _replaced(data, place[len(base) :], text)
-        try:
-            return model.model_validate(data), []
-        except ValidationError as error:
-            mistakes = error.errors(include_url=False)
+        value, mistakes = _read(model, data)
     problems = []
     for mistake, word in told_once(_without_misspelt(mistakes, model), document, base):
         place = real_place(mistake["loc"], document, base)
@@ -56,7 +50,15 @@ def validated(
             problems.append(document.problem(place, f"unknown key '{place[-1]}'", cure=cure))
         else:
             problems.append(_problem(mistake, place, model, document, word))
-    return None, problems
+    return value, problems
+
+
+def _read(model: type[M], data: Any) -> tuple[M | None, list[ErrorDetails]]:
+    """``data`` as ``model``, or ``None`` and what pydantic says against it."""
+    try:
+        return model.model_validate(data), []
+    except ValidationError as error:
+        return None, error.errors(include_url=False)
 
 
 def _without_misspelt(mistakes: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
@@ -69,19 +71,12 @@ def _without_misspelt(mistakes: list[ErrorDetails], model: type[BaseModel]) -> l
 def sound_part(model: type[M], data: Any, document: YamlDocument, base: Place) -> M | None:
     """``data`` without the values that :func:`validated` complains of, so that the rest can be checked further;
     ``None`` where no rest is left that makes sense."""
-    try:
-        return model.model_validate(data)
-    except ValidationError as error:
-        mistakes = error.errors(include_url=False)
-    for mistake in mistakes:
+    for mistake in _read(model, data)[1]:
         place = real_place(mistake["loc"], document, base)[len(base) :]
         if not place:
             return None
         data = _without(data, place)
-    try:
-        return model.model_validate(data)
-    except ValidationError:
-        return None
+    return _read(model, data)[0]
 
 
 def _without(data: Any, place: Place) -> Any:

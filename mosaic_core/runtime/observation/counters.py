@@ -9,19 +9,18 @@ from dataclasses import dataclass, field
 
 from mosaic_core.contract.host import Loss
 
-_WINDOW_S = 2.0
-"""Rates are means over this long: steady enough to read, quick enough to see a loss."""
+_SLOTS, _SLOT_S = 10, 0.2
+"""Rates are means over these, two seconds: steady enough to read, quick enough to see a loss."""
 
 
 class RateMeter:
-    """Messages and bytes per second, in ten slots of the window. ``now_s``: any monotonic clock."""
+    """Messages and bytes per second. ``now_s``: any monotonic clock."""
 
-    def __init__(self, window_s: float = _WINDOW_S) -> None:
-        self._slot_s = window_s / 10
-        self._slots: deque[tuple[int, int, int]] = deque(maxlen=10)  # (slot number, messages, bytes)
+    def __init__(self) -> None:
+        self._slots: deque[tuple[int, int, int]] = deque(maxlen=_SLOTS)  # (slot number, messages, bytes)
 
     def add(self, size_bytes: int, now_s: float) -> None:
-        number = int(now_s / self._slot_s)
+        number = int(now_s / _SLOT_S)
         if self._slots and self._slots[-1][0] == number:
             _, messages, total = self._slots[-1]
             self._slots[-1] = (number, messages + 1, total + size_bytes)
@@ -30,9 +29,9 @@ class RateMeter:
 
     def rates(self, now_s: float) -> tuple[float, float]:
         """``(messages per second, bytes per second)``."""
-        oldest = int(now_s / self._slot_s) - 9
+        oldest = int(now_s / _SLOT_S) - _SLOTS + 1
         recent = [slot for slot in tuple(self._slots) if slot[0] >= oldest]
-        window_s = self._slot_s * 10
+        window_s = _SLOT_S * _SLOTS
         return sum(slot[1] for slot in recent) / window_s, sum(slot[2] for slot in recent) / window_s
 
 

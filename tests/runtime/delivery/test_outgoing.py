@@ -210,7 +210,7 @@ async def test_a_channel_that_is_gone_is_forgotten(kit: Any) -> None:
 
 
 def test_rates_are_means_over_the_window() -> None:
-    meter = RateMeter(window_s=2.0)
+    meter = RateMeter()
     for number in range(40):
         meter.add(100, number * 0.05)
     assert meter.rates(1.99) == (20.0, 2000.0)
