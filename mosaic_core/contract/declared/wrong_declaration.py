@@ -18,6 +18,11 @@ def wrong_call(message: str, cure: str) -> MosaicError:
     return _mistake(line_of(author_frame()), message, cure)
 
 
+def called(thing: object) -> str:
+    """How an error calls what somebody gave: by its class."""
+    return "None" if thing is None else f"a {type(thing).__qualname__}"
+
+
 def _mistake(at: CodeLine, message: str, cure: str) -> MosaicError:
     return MosaicError(f"{at.heading}{message} {cure}", code="config.broken_plugin", cure=cure, at=at)
 

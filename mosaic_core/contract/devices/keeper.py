@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from mosaic_core.contract.declared.code_lines import code_of
-from mosaic_core.contract.declared.wrong_declaration import wrong_call
+from mosaic_core.contract.declared.wrong_declaration import called, wrong_call
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy, again_in
 from mosaic_core.words.errors import DeviceGone
 
@@ -190,22 +190,18 @@ def _check_made_of(name: object, turn: object, leave: object) -> None:
     """Refuse what can't be called, or would run nothing, and a name that is none."""
     if not isinstance(name, str):
         cure = "Write Keeper(name, turn): the name first, then the method that takes a turn."
-        raise wrong_call(f"Keeper(…) got {_called(name)} in place of its name.", cure)
+        raise wrong_call(f"Keeper(…) got {called(name)} in place of its name.", cure)
     for what, given in (("turn", turn), ("leave", leave)):
         if given is None and what == "leave":
             continue
         if not callable(given):
             cure = f"Name the method without brackets: self.{what}, not self.{what}()."
-            raise wrong_call(f"Keeper({name!r}, …) got {_called(given)} in place of a {what}.", cure)
+            raise wrong_call(f"Keeper({name!r}, …) got {called(given)} in place of a {what}.", cure)
         if inspect.iscoroutinefunction(given) or inspect.isgeneratorfunction(given):
             cure = "Write it as a plain `def`: it runs on a thread of its own, and may block."
             raise wrong_call(
                 f"the {what} of Keeper({name!r}, …) is async or yields, and nothing of it would run.", cure
             )
-
-
-def _called(given: object) -> str:
-    return "None" if given is None else f"a {type(given).__qualname__}"
 
 
 def _alone(gone: DeviceGone) -> DeviceGone:

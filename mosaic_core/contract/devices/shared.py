@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeVar, cast
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.declared.wrong_declaration import wrong_call
+from mosaic_core.contract.declared.wrong_declaration import called, wrong_call
 from mosaic_core.contract.params import Params
 from mosaic_core.words.errors import NOWHERE, CodeLine, DeviceGone, MosaicError
 
@@ -109,7 +109,7 @@ class Shared:
         """The thing with its connectors, for people."""
         users = [f"'{user}'" for user in sorted(self._users.get(key, ())) if user]
         whose = f" of connector{'s' if len(users) > 1 else ''} {', '.join(users)}" if users else ""
-        return f"{_called(self._things[key])}{whose}"
+        return f"{called(self._things[key])}{whose}"
 
     # -- for a robot that is given other connectors while it runs ------------------------------------------------
 
@@ -160,7 +160,7 @@ def _made(key: str, make: Callable[[], S]) -> S:
     thing = make()
     lacking = [name for name in ("__enter__", "__exit__") if not callable(getattr(type(thing), name, None))]
     if lacking:
-        message = f"what shared.get({key!r}, …) makes is {_called(thing)}, which has no {' and no '.join(lacking)}."
+        message = f"what shared.get({key!r}, …) makes is {called(thing)}, which has no {' and no '.join(lacking)}."
         cure = "Write both: the robot enters it when it starts, where a Keeper begins, and leaves it when it stops."
         raise wrong_call(message, cure)
     return thing
@@ -169,13 +169,9 @@ def _made(key: str, make: Callable[[], S]) -> S:
 def _check_remembers(key: str, thing: object) -> None:
     if not isinstance(getattr(thing, "params", None), BaseModel):
         has = "no params" if not hasattr(thing, "params") else "params that are none of a connector"
-        message = f"what shared.agreed({key!r}, …) makes is {_called(thing)}, which has {has}."
+        message = f"what shared.agreed({key!r}, …) makes is {called(thing)}, which has {has}."
         cure = "Let its __init__ remember what it is made of: self.params = params; shared.get(…) asks for none."
         raise wrong_call(message, cure)
-
-
-def _called(thing: object) -> str:
-    return "None" if thing is None else f"a {type(thing).__qualname__}"
 
 
 @contextmanager
