@@ -265,11 +265,10 @@ async def test_what_is_held_is_made_safe_and_commanded_no_more_until_it_goes_on(
     async with running(kit, (motor,)) as scene:
         connectors = [kit.connector_of(motor)]
         scene.command(b'{"v": 1}')
-        await scene.until(lambda: motor.log == [1])
+        await scene.until(lambda: scene.row("drive").messages == 1)  # it has returned
         await scene.runs.hold(connectors)
         assert motor.log == [1, "safety.reload"]
         scene.command(b'{"v": 2}')
-        await scene.until(lambda: scene.row("drive").messages == 1)
         await asyncio.sleep(0)
         assert motor.log == [1, "safety.reload"]
         scene.runs.resume(connectors)
