@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -460,15 +460,6 @@ class Kit:
     channel = FakeChannel
     socket = FakeSocket
     network = FakeNetwork
-
-    @staticmethod
-    def play(body: Callable[[], Coroutine[Any, Any, None]]) -> None:
-        """Run one async test body, bounded."""
-
-        async def bounded() -> None:
-            await asyncio.wait_for(body(), 20)
-
-        asyncio.run(bounded())
 
 
 @pytest.fixture

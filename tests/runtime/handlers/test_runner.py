@@ -93,19 +93,16 @@ class FlakyTask(DataChannelSendable[str]):
 
 
 @pytest.mark.parametrize("made", [Flaky, FlakyTask])
-def test_a_failing_body_restarts_and_is_logged_once_lost_and_once_back(
+async def test_a_failing_body_restarts_and_is_logged_once_lost_and_once_back(
     kit: Any, made: Callable[[], Any], caplog: pytest.LogCaptureFixture
 ) -> None:
-    async def body() -> None:
-        handler = made()
-        async with Setup(handler) as setup:
-            await kit.until(lambda: len(setup.sent) > 3)
-            assert setup.runner.state == "running"
-            assert handler.attempts == 3
-            assert [str(error) for error in setup.failures] == ["unplugged", "unplugged"]
-
-    with caplog.at_level("INFO", "mosaic_core"):
-        kit.play(body)
+    caplog.set_level("INFO", "mosaic_core")
+    handler = made()
+    async with Setup(handler) as setup:
+        await kit.until(lambda: len(setup.sent) > 3)
+        assert setup.runner.state == "running"
+        assert handler.attempts == 3
+        assert [str(error) for error in setup.failures] == ["unplugged", "unplugged"]
     assert [record.levelname for record in caplog.records if "unplugged" in record.message] == ["ERROR"]
     assert sum("is back" in record.message for record in caplog.records) == 1
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
@@ -53,46 +51,41 @@ class Bench:
                 await asyncio.sleep(0)
 
 
-@asynccontextmanager
-async def on_a_bench() -> AsyncIterator[Any]:
-    yield Bench()
-
-
 async def next_of(tap: RuntimeTap, timeout_s: float = 5.0) -> TappedPicture | None:
     return await asyncio.to_thread(tap.next, timeout_s)
 
 
 async def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None:
-    async with on_a_bench() as bench:
-        with bench.tap():
-            await until(lambda: bench.watched == [("front", True)])
-        await until(lambda: bench.watched == [("front", True), ("front", False)])
+    bench = Bench()
+    with bench.tap():
+        await until(lambda: bench.watched == [("front", True)])
+    await until(lambda: bench.watched == [("front", True), ("front", False)])
 
 
 async def test_it_starts_with_a_key_frame_and_tells_the_time_of_capture() -> None:
-    async with on_a_bench() as bench:
-        with bench.tap() as tap:
-            await until(lambda: bench.watched)
-            await bench.show(Encoded(1), Encoded(2, is_key=True), Encoded(3))
-            first, second = await next_of(tap), await next_of(tap)
-            assert first == TappedPicture(b"\x02" * 10, 2 * 3000 / 90_000, True, "h264")
-            assert second is not None
-            assert (second.data, second.is_key) == (b"\x03" * 10, False)
-            assert tap.dropped == 1
+    bench = Bench()
+    with bench.tap() as tap:
+        await until(lambda: bench.watched)
+        await bench.show(Encoded(1), Encoded(2, is_key=True), Encoded(3))
+        first, second = await next_of(tap), await next_of(tap)
+        assert first == TappedPicture(b"\x02" * 10, 2 * 3000 / 90_000, True, "h264")
+        assert second is not None
+        assert (second.data, second.is_key) == (b"\x03" * 10, False)
+        assert tap.dropped == 1
 
 
 async def test_a_reader_that_is_too_slow_goes_on_at_a_key_frame_and_knows_what_it_missed(monkeypatch: Any) -> None:
     monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 25)
 
-    async with on_a_bench() as bench:
-        with bench.tap() as tap:
-            await until(lambda: bench.watched)
-            await bench.show(Encoded(1, is_key=True), Encoded(2), Encoded(3), Encoded(4))
-            assert [(await next_of(tap)), (await next_of(tap))] != [None, None]
-            await bench.show(Encoded(5), Encoded(6, is_key=True))
-            picture = await next_of(tap)
-            assert picture is not None
-            assert (picture.data[0], tap.dropped) == (6, 3)
+    bench = Bench()
+    with bench.tap() as tap:
+        await until(lambda: bench.watched)
+        await bench.show(Encoded(1, is_key=True), Encoded(2), Encoded(3), Encoded(4))
+        assert [(await next_of(tap)), (await next_of(tap))] != [None, None]
+        await bench.show(Encoded(5), Encoded(6, is_key=True))
+        picture = await next_of(tap)
+        assert picture is not None
+        assert (picture.data[0], tap.dropped) == (6, 3)
 
 
 def heard_by(bench: Bench, monkeypatch: Any) -> list[object]:
@@ -110,44 +103,44 @@ def heard_by(bench: Bench, monkeypatch: Any) -> list[object]:
 
 
 async def test_its_reader_may_ask_for_a_key_frame_while_it_is_open(monkeypatch: Any) -> None:
-    async with on_a_bench() as bench:
-        heard = heard_by(bench, monkeypatch)
-        with bench.tap() as tap:
-            await until(lambda: bench.watched)
-            tap.ask_key_frame()
-            await until(lambda: heard == [PictureLost()])
+    bench = Bench()
+    heard = heard_by(bench, monkeypatch)
+    with bench.tap() as tap:
+        await until(lambda: bench.watched)
         tap.ask_key_frame()
-        await until(lambda: bench.watched[-1] == ("front", False))
-        assert heard == [PictureLost()]
+        await until(lambda: heard == [PictureLost()])
+    tap.ask_key_frame()
+    await until(lambda: bench.watched[-1] == ("front", False))
+    assert heard == [PictureLost()]
 
 
 async def test_a_tap_that_dropped_asks_for_a_key_frame_as_soon_as_there_is_room(monkeypatch: Any) -> None:
     monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 25)
 
-    async with on_a_bench() as bench:
-        heard = heard_by(bench, monkeypatch)
-        with bench.tap() as tap:
-            await until(lambda: bench.watched)
-            await bench.show(Encoded(1, is_key=True), Encoded(2), Encoded(3))
-            assert heard == []  # nothing could be taken yet
-            assert await next_of(tap) is not None
-            await bench.show(Encoded(4))
-            assert heard == [PictureLost()]
+    bench = Bench()
+    heard = heard_by(bench, monkeypatch)
+    with bench.tap() as tap:
+        await until(lambda: bench.watched)
+        await bench.show(Encoded(1, is_key=True), Encoded(2), Encoded(3))
+        assert heard == []  # nothing could be taken yet
+        assert await next_of(tap) is not None
+        await bench.show(Encoded(4))
+        assert heard == [PictureLost()]
 
 
 async def test_an_unknown_label_is_said_at_once() -> None:
-    async with on_a_bench() as bench:
-        with bench.tap("frnt") as tap:
-            assert await next_of(tap) is None
-            assert tap.failure == "channel.unknown_label"
-        assert bench.watched == []
+    bench = Bench()
+    with bench.tap("frnt") as tap:
+        assert await next_of(tap) is None
+        assert tap.failure == "channel.unknown_label"
+    assert bench.watched == []
 
 
 async def test_nothing_for_a_while_is_none() -> None:
-    async with on_a_bench() as bench:
-        with bench.tap() as tap:
-            assert await next_of(tap, 0.01) is None
-            assert tap.failure == ""
+    bench = Bench()
+    with bench.tap() as tap:
+        assert await next_of(tap, 0.01) is None
+        assert tap.failure == ""
 
 
 def test_a_tap_of_a_robot_that_has_stopped_says_so() -> None:

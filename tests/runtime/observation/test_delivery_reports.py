@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
 
@@ -48,46 +47,38 @@ def snapshot() -> tuple[ConnectorSnapshot, ...]:
     )
 
 
-def played(kit: Any, monkeypatch: pytest.MonkeyPatch, body: Callable[[DeliveryReports], Any]) -> None:
-    async def play() -> None:
-        await body(DeliveryReports(snapshot))
-
+@pytest.fixture
+def reports(monkeypatch: pytest.MonkeyPatch) -> DeliveryReports:
     monkeypatch.setattr(delivery_reports, "DELIVERY_REPORT_PERIOD_S", 0.05)
-    kit.play(play)
+    return DeliveryReports(snapshot)
 
 
-def test_reports_come_at_once_then_periodically_until_nobody_asks(kit: Any, monkeypatch: Any) -> None:
-    async def body(reports: DeliveryReports) -> None:
-        ann, bob = Reader(), Reader()
-        for _ in range(2):
-            reports.watch(ann, True)
-        await kit.until(lambda: len(ann.reports) >= 2)
-        reports.watch(bob, True)
-        await kit.until(lambda: len(bob.reports) >= 2)
+async def test_reports_come_at_once_then_periodically_until_nobody_asks(kit: Any, reports: DeliveryReports) -> None:
+    ann, bob = Reader(), Reader()
+    for _ in range(2):
+        reports.watch(ann, True)
+    await kit.until(lambda: len(ann.reports) >= 2)
+    reports.watch(bob, True)
+    await kit.until(lambda: len(bob.reports) >= 2)
+    reports.watch(ann, False)
+    reports.watch(bob, False)
+    reports.watch(bob, False)
+    told = len(ann.reports), len(bob.reports)
+    await asyncio.sleep(0.15)
+    assert (len(ann.reports), len(bob.reports)) == told
+    (row,) = ann.reports[0].connectors
+    assert (row.label, row.delivery, row.rate_hz, row.age_ms) == ("pose", "latest", 9.88, 250.0)
+    assert (row.too_large, row.thinned) == (2, 2)
+    assert (row.failure_code, row.tries_again_in_s) == (None, None)
+
+
+async def test_asking_again_and_again_brings_no_more_reports(reports: DeliveryReports) -> None:
+    ann, began_s = Reader(), time.monotonic()
+    while len(ann.reports) < 3:
+        reports.watch(ann, True)
+        await asyncio.sleep(0.002)
         reports.watch(ann, False)
-        reports.watch(bob, False)
-        reports.watch(bob, False)
-        told = len(ann.reports), len(bob.reports)
-        await asyncio.sleep(0.15)
-        assert (len(ann.reports), len(bob.reports)) == told
-        (row,) = ann.reports[0].connectors
-        assert (row.label, row.delivery, row.rate_hz, row.age_ms) == ("pose", "latest", 9.88, 250.0)
-        assert (row.too_large, row.thinned) == (2, 2)
-        assert (row.failure_code, row.tries_again_in_s) == (None, None)
-
-    played(kit, monkeypatch, body)
-
-
-def test_asking_again_and_again_brings_no_more_reports(kit: Any, monkeypatch: Any) -> None:
-    async def body(reports: DeliveryReports) -> None:
-        ann, began_s = Reader(), time.monotonic()
-        while len(ann.reports) < 3:
-            reports.watch(ann, True)
-            await asyncio.sleep(0.002)
-            reports.watch(ann, False)
-        assert time.monotonic() - began_s > 0.09
-
-    played(kit, monkeypatch, body)
+    assert time.monotonic() - began_s > 0.09
 
 
 async def test_of_a_burst_that_overflows_its_queue_as_many_count_as_sent_as_arrive(kit: Any) -> None:
