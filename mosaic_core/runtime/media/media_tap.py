@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import asyncio
 from abc import abstractmethod
-from collections import deque
 from typing import TYPE_CHECKING, cast
 from uuid import uuid4
 
 from mosaic_core.contract.media import Captured
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.machines.congestion.feedback import PictureLost
+from mosaic_core.machines.delivery.backlog import Backlog
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.threads.tap import Tap
 from mosaic_core.runtime.transport.media_transport import PictureFeed
@@ -57,8 +57,7 @@ class RuntimeTap(CameraTap):
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str, codec: TapCodec) -> None:
         super().__init__(loop, media, label)
         self._codec: TapCodec = codec
-        self._waiting: deque[TappedPicture] = deque()
-        self._waiting_bytes = 0
+        self._waiting: Backlog[TappedPicture] = Backlog(MAX_WAITING_BYTES)
         self._needs_key = True
         self._feed: PictureFeed | None = None
         self._pump_task: asyncio.Task[None] | None = None
@@ -67,11 +66,8 @@ class RuntimeTap(CameraTap):
     def next(self, timeout_s: float) -> TappedPicture | None:
         """See :class:`~mosaic_core.contract.media_tap.MediaTap`."""
         with self._came:
-            if not self._came.wait_for(lambda: self._waiting or self.failure, timeout_s) or not self._waiting:
-                return None
-            picture = self._waiting.popleft()
-            self._waiting_bytes -= len(picture.data)
-            return picture
+            self._came.wait_for(lambda: len(self._waiting) or self.failure, timeout_s)
+            return self._waiting.take()
 
     def ask_key_frame(self) -> None:
         """See :class:`~mosaic_core.contract.media_tap.MediaTap`."""
@@ -105,15 +101,14 @@ class RuntimeTap(CameraTap):
     def _put(self, picture: TappedPicture) -> None:
         with self._came:
             self.failure = ""
-            is_full = self._waiting_bytes + len(picture.data) > MAX_WAITING_BYTES
+            is_full = self._waiting.size_bytes + len(picture.data) > MAX_WAITING_BYTES
             self._needs_key = is_full or (self._needs_key and not picture.is_key)
             if self._needs_key:
                 self.dropped += 1
                 if not is_full:  # there is room again, and key frames come only to those who ask
                     self._ask_key_frame()
                 return
-            self._waiting.append(picture)
-            self._waiting_bytes += len(picture.data)
+            self._waiting.put(picture, len(picture.data))
             self._came.notify_all()
 
 
