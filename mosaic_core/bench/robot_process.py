@@ -15,11 +15,9 @@ from multiprocessing.connection import Connection
 from typing import Self
 
 from mosaic_core.bench.scene import MAX_OBEYED, Obeyed, scene
-from mosaic_core.laboratory.joining import checked_config
+from mosaic_core.laboratory.joining import configured_with
 from mosaic_core.laboratory.memory_server import MemoryServer, MemorySocket
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.robot import Robot
 
 HOST = "127.0.0.1"
@@ -85,9 +83,7 @@ def _robot(port: int, obeyed: Obeyed) -> Robot:
         return LineSocket(*await asyncio.open_connection(HOST, port, limit=LINE_BYTES))
 
     plugins = hook_plugins([])
-    configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins).configure(
-        checked_config(scene(obeyed))
-    )
+    configured = configured_with(scene(obeyed), plugins=plugins)
     return Robot(
         configured.config,
         configured.connectors,

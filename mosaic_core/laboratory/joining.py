@@ -117,9 +117,7 @@ async def joined(
     plugins that are installed are not loaded; give your own in ``plugins``.
     """
     _check_joins(entries, network)
-    configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
-        checked_config(entries, control)
-    )
+    configured = configured_with(entries, control, plugins)
     between: Network = network or MemoryNetwork()
     server = MemoryServer(ROBOT_ID, between.robot_ice_servers)
     async with running_robot(configured, server, between, "laboratory") as robot, contextlib.AsyncExitStack() as stack:
@@ -188,6 +186,16 @@ async def signed_in(
     await stack.enter_async_context(operator)
     await operator.wait_status(server.robot_id, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
     return operator, await operator.connect(server.robot_id, timeout_s=PATIENCE_S)
+
+
+def configured_with(
+    entries: Sequence[ConnectorEntry],
+    control: Mapping[str, Any] | None = None,
+    plugins: pluggy.PluginManager | None = None,
+) -> Configured:
+    """What a robot with these connectors is built from, and nothing that is installed. Raises :class:`ConfigError`."""
+    configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([]))
+    return configurer.configure(checked_config(entries, control))
 
 
 def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any] | None = None) -> CheckedConfig:

@@ -15,16 +15,14 @@ from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.contract.params import CameraLabel, DataLabel
 from mosaic_core.contract.request_handler import RequestHandler, answer_type_of
-from mosaic_core.laboratory.joining import checked_config, connector
+from mosaic_core.laboratory.joining import checked_config, configured_with, connector
 from mosaic_core.ladder.fault import Fault, NotJudged
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import line_of_entry, place_of_class, place_of_error, trace_of
 from mosaic_core.ladder.stand_ins import StandInCameraConfigurer, StandInChannelConfigurer
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.handler_problems import named_in
-from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.threads.slow_code import told_when_slow
 from mosaic_core.words.errors import CodeLine, MosaicError
 
@@ -111,8 +109,7 @@ class Examinee:
         channels = dict.fromkeys(label for _, label in named_in(alone.params, DataLabel))
         beside = [connector(StandInCameraConfigurer, label=label) for label in cameras]
         beside += [connector(StandInChannelConfigurer, label=label) for label in channels]
-        checked = checked_config([one, *beside])
-        return AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([])).configure(checked)
+        return configured_with([one, *beside])
 
     def connector(self, params: Mapping[str, Any]) -> Connector:
         """The connector itself, without what stands beside it. Raises :class:`ConfigError`."""

@@ -22,7 +22,7 @@ from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
 from mosaic_core.drill.positions import check_held, elsewhere, error_after, in_words
-from mosaic_core.laboratory.joining import PATIENCE_S, ConnectorEntry, checked_config, connector, until
+from mosaic_core.laboratory.joining import PATIENCE_S, ConnectorEntry, configured_with, connector, until
 from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.position_slew import PositionSlew
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -30,9 +30,7 @@ from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
-from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.runtime.peers.peer_control import PeerControl
 from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words.control import ControlMessage, Stop
@@ -123,8 +121,7 @@ def made_by(handler: type[Any], base: type[Any] = DataChannelConfigurer) -> type
 
 
 def configured(*entries: ConnectorEntry) -> Configured:
-    configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([]))
-    return configurer.configure(checked_config(entries, {}))
+    return configured_with(entries)
 
 
 async def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, DrillFinding]:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, NoParams
-from mosaic_core.laboratory.joining import checked_config, connector
+from mosaic_core.laboratory.joining import configured_with, connector
 from mosaic_core.ladder.stand_ins import StandInChannelConfigurer
 from mosaic_core.ladder.trial_run import entered, trial_run
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
 
 class Tick(Message):
@@ -32,8 +29,8 @@ class LateConfigurer(DataChannelConfigurer[NoParams]):
 
 
 async def test_what_stands_beside_a_connector_is_not_taken_for_its_beginning() -> None:
-    both = checked_config([connector(LateConfigurer, label="late"), connector(StandInChannelConfigurer, label="pose")])
-    configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([])).configure(both)
+    both = [connector(LateConfigurer, label="late"), connector(StandInChannelConfigurer, label="pose")]
+    configured = configured_with(both)
     async with entered(configured), trial_run(configured) as run:
         await run.begun(20.0)
         assert [str(error) for error in run.failures] == ["late"]

@@ -9,10 +9,8 @@ from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.drill import findings
 from mosaic_core.drill.drill import drill
 from mosaic_core.drill.findings import DrillFinding
-from mosaic_core.laboratory.joining import ConnectorEntry, checked_config
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
-from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.laboratory.joining import ConnectorEntry, configured_with
+from mosaic_core.runtime.configuration.auto_configurer import Configured
 
 TOLERANCE_S = 10.0
 """How late a busy machine is must not decide."""
@@ -35,8 +33,7 @@ async def live_drill(configured: Configured, *, live: bool = True) -> list[Drill
 
 async def drilled(entry: ConnectorEntry) -> list[DrillFinding]:
     """The findings on a robot with this connector alone."""
-    configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([]))
-    return await live_drill(configurer.configure(checked_config([entry])))
+    return await live_drill(configured_with([entry]))
 
 
 def assert_safe(found: list[DrillFinding]) -> None:

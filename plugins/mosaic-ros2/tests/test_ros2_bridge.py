@@ -19,7 +19,7 @@ from support.devices.ros_side import RosNode, decoded, qos
 from mosaic_core import DataChannelConfigurer, DataChannelSendable, DeviceGone, NoParams
 from mosaic_core.contract.data_tap import TappedChannel, TappedMessage
 from mosaic_core.contract.sender import Sender
-from mosaic_core.laboratory.joining import checked_config
+from mosaic_core.laboratory.joining import configured_with
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.messages import (
     Diagnostic,
@@ -29,9 +29,6 @@ from mosaic_core.messages import (
     Temperature,
     Transform,
 )
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing import FakeClock, FakeHost, connector, fake_host, joined, until
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConfigError, MosaicError
@@ -314,7 +311,7 @@ def test_mistakes_of_the_file_are_told_before_the_robot_starts() -> None:
             connector(HeatConfigurer, label="heat"),
             connector(Ros2BridgeConfigurer, label="ros", params={"topics": topics}),
         ]
-        AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([])).configure(checked_config(entries))
+        configured_with(entries)
 
     configured({"heat": "/heat"})
     for topics, words in (

@@ -13,10 +13,7 @@ from support.devices.ros_side import RosNode, made, qos
 
 from mosaic_core.drill import findings as drill_findings
 from mosaic_core.drill.drill import drill
-from mosaic_core.laboratory.joining import checked_config
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.laboratory.joining import configured_with
 from mosaic_core.testing import Joined, build, collect, connector, joined, take_frames, until
 from mosaic_ros2.bus.dds import dds_service
 from mosaic_ros2.connectors.action import Ros2ActionConfigurer
@@ -233,8 +230,7 @@ async def test_the_drill_passes_on_a_base_and_on_an_arm_of_a_node(
     params = {**here, "topic": "/cmd_vel", "type": "geometry_msgs/msg/Twist"}
     safety = {"max_linear_mps": 0.5, "max_angular_radps": 1.0, "timeout_s": 1.0, "max_rate_hz": 40}
     entry = connector(Ros2PublisherConfigurer, label="drive", params=params, safety=safety)
-    configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([]))
-    configured = configurer.configure(checked_config((entry,), {}))
+    configured = configured_with([entry])
     found = {
         one.exercise: one.verdict
         async for one in drill(configured, live=False, only=("silence", "stop", "out-of-range"))
