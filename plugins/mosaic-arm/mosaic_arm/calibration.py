@@ -21,8 +21,6 @@ from mosaic_core.words.errors import MosaicError, nearest
 
 TICKS_PER_TURN = 4096
 """Of Feetech's STS and SMS and of Dynamixel's X series alike: 12 bits a turn."""
-MAX_OFFSET = 2047
-"""What Feetech's register of the offset holds: eleven bits and a sign."""
 MAX_FILE_BYTES = 64 * 1024
 
 

@@ -13,8 +13,6 @@ _FORMATS = {
     "float64": "d",
 }  # fmt: skip
 LARGEST_FLOAT32 = 3.4028234e38
-_EXACT = 1 << 53
-"""Beyond it a float is no exact integer: whole numbers stay integers."""
 
 
 def width(field: RegisterField) -> int:

@@ -202,11 +202,6 @@ class Vehicle:
         with self._lock:
             self._stream = _Stream(message, now_s + for_s, now_s + REPEAT_S)
 
-    def end_repeating(self) -> None:
-        """Say no velocity any more."""
-        with self._lock:
-            self._stream = None
-
     def insist(self, mode: str, now_s: float, after_s: float = 0.0) -> None:
         """Order a mode ``after_s`` from now, until the vehicle has left the one that it is in, or 10 s are over; its
         replacement where the firmware does not have it."""

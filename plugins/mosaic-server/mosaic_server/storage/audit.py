@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from sqlalchemy import CursorResult, Delete, delete, func, select
+from sqlalchemy import CursorResult, Delete, delete, select
 from sqlalchemy.orm import Session
 
 from mosaic_server.storage.tables import AuditEntryRow, now_ms
@@ -102,10 +102,6 @@ def prune_audit(session: Session, keep_days: float) -> int:
         if oldest_kept is not None:
             dropped += _count(session, delete(AuditEntryRow).where(mine, AuditEntryRow.id < oldest_kept))
     return dropped
-
-
-def count_entries(session: Session) -> int:
-    return session.scalar(select(func.count()).select_from(AuditEntryRow)) or 0
 
 
 def _entry(row: AuditEntryRow) -> AuditEntry:
