@@ -12,6 +12,7 @@ import json
 import random
 import resource
 import sys
+from collections.abc import Callable
 
 ADDRESS = "127.0.0.2"
 HELD = 1050
@@ -102,22 +103,45 @@ async def sockets(port: int) -> None:
 async def log_ins(port: int) -> None:
     """Thirty log-ins at once, with e-mails that nobody has, again and again."""
 
-    async def one() -> None:
-        while True:
-            body = json.dumps({"username": f"{random.random()}@example.org", "password": "wrong password"}).encode()
-            with contextlib.suppress(OSError):
-                reader, writer = await opened(port)
-                head = "POST /api/v1/account/login/access-token HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n"
-                head += f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
-                writer.write(head.encode() + body)
-                await _swallow(reader)
-                writer.close()
-            await asyncio.sleep(0.05)
+    def log_in() -> bytes:
+        body = json.dumps({"username": f"{random.random()}@example.org", "password": "wrong password"}).encode()
+        return posted("/api/v1/account/login/access-token", body)
 
-    await asyncio.gather(*(one() for _ in range(LOG_INS)))
+    await asyncio.gather(*(_again_and_again(port, log_in, 0.05) for _ in range(LOG_INS)))
 
 
-ATTACKS = {"pings": pings, "idle": idle, "headers": headers, "sockets": sockets, "log-ins": log_ins}
+async def bodies(port: int) -> None:
+    """Ten connections that send nested JSON of nearly a megabyte where only those who are signed in may ask."""
+    request = posted("/api/v1/webrtc/connection", b'{"robotIds":[' + b"[]," * 300_000 + b"[]]}")
+    await asyncio.gather(*(_again_and_again(port, lambda: request) for _ in range(10)))
+
+
+async def many_headers(port: int) -> None:
+    """Three hundred requests at once with 1 400 headers each."""
+    many = b"".join(b"a%d: b\r\n" % number for number in range(1400))
+    request = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n" + many + b"\r\n"
+    await asyncio.gather(*(_again_and_again(port, lambda: request) for _ in range(300)))
+
+
+def posted(path: str, body: bytes) -> bytes:
+    head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\nContent-Type: application/json\r\n"
+    return f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body
+
+
+async def _again_and_again(port: int, request: Callable[[], bytes], pause_s: float = 0.0) -> None:
+    while True:
+        with contextlib.suppress(OSError):
+            reader, writer = await opened(port)
+            writer.write(request())
+            await _swallow(reader)
+            writer.close()
+        await asyncio.sleep(pause_s)
+
+
+ATTACKS = {
+    "pings": pings, "idle": idle, "headers": headers, "sockets": sockets, "log-ins": log_ins, "bodies": bodies,
+    "many headers": many_headers,
+}  # fmt: skip
 
 if __name__ == "__main__":
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
