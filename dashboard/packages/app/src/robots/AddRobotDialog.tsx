@@ -1,9 +1,7 @@
 import { Alert, Button, Group, Stack, TextInput } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
-import { useState, type SubmitEvent } from 'react'
-import { type Failure, failureOf } from '@mosaic/widgets'
-import type { RobotCredentials } from '@mosaic/robot'
-import { TokenDialog } from './TokenDialog'
+import type { SubmitEvent } from 'react'
+import { type Making, TokenDialog } from './TokenDialog'
 
 export interface AddRobotDialogProps {
   onClose: () => void
@@ -13,38 +11,32 @@ export interface AddRobotDialogProps {
 export default function AddRobotDialog({ onClose }: AddRobotDialogProps) {
   return (
     <TokenDialog title="Add a robot" onClose={onClose}>
-      {(show) => <AddRobot onAdded={show} onCancel={onClose} />}
+      {(making) => <AddRobot making={making} onCancel={onClose} />}
     </TokenDialog>
   )
 }
 
 interface AddRobotProps {
-  onAdded: (credentials: RobotCredentials) => void
+  making: Making
   onCancel: () => void
 }
 
-function AddRobot({ onAdded, onCancel }: AddRobotProps) {
+function AddRobot({ making: { make, isBusy, failure }, onCancel }: AddRobotProps) {
   const client = useMosaicClient()
-  const [failure, setFailure] = useState<Failure | null>(null)
-  const [isBusy, setIsBusy] = useState(false)
-
-  const submit = async (event: SubmitEvent<HTMLFormElement>) => {
+  const add = async (name: string) => {
+    const { id } = await client.api.createRobot({ name })
+    const token = await client.api.newRobotToken(id)
+    client.refreshRobots().catch(() => undefined) // the list asks again by itself; the token is there
+    return { robotId: id, token }
+  }
+  const submit = (event: SubmitEvent<HTMLFormElement>) => {
     event.preventDefault()
     const name = new FormData(event.currentTarget).get('name')
-    setIsBusy(true)
-    setFailure(null)
-    try {
-      const { id } = await client.api.createRobot({ name: typeof name === 'string' ? name.trim() : '' })
-      onAdded({ robotId: id, token: await client.api.newRobotToken(id) })
-      await client.refreshRobots()
-    } catch (error) {
-      setFailure(failureOf(error))
-    }
-    setIsBusy(false)
+    make(() => add(typeof name === 'string' ? name.trim() : ''))
   }
 
   return (
-    <form onSubmit={(event) => void submit(event)}>
+    <form onSubmit={submit}>
       <Stack>
         {failure !== null && (
           <Alert color="red" title={failure.message} role="alert">
@@ -53,7 +45,7 @@ function AddRobot({ onAdded, onCancel }: AddRobotProps) {
         )}
         <TextInput name="name" label="Name" placeholder="kitchen-bot" required maxLength={100} data-autofocus />
         <Group justify="flex-end">
-          <Button variant="default" onClick={onCancel}>
+          <Button variant="default" disabled={isBusy} onClick={onCancel}>
             Cancel
           </Button>
           <Button type="submit" loading={isBusy}>

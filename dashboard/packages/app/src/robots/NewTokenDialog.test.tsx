@@ -42,6 +42,20 @@ test('the new token is shown in a whole file, until "Done"', async () => {
   expect(onClose).toHaveBeenCalledOnce()
 })
 
+test('while the new token is being made nothing closes the dialog: the old one has ended already', async () => {
+  let made = (_token: string) => {}
+  const onClose = shown(() => new Promise((resolve) => (made = resolve)))
+  const user = userEvent.setup()
+  await user.click(screen.getByRole('button', ISSUE))
+  await user.keyboard('{Escape}')
+  await user.click(document.querySelector('.mantine-Modal-overlay') ?? document.body)
+  await user.click(screen.getByRole('button', { name: 'Cancel' }))
+  expect(screen.queryByRole('button', { name: '' })).toBeNull()
+  expect(onClose).not.toHaveBeenCalled()
+  made('new-token')
+  expect(await screen.findByText(/new-token/)).toBeTruthy()
+})
+
 test('a refusal is said, and the question can be answered again', async () => {
   shown(() => Promise.reject(new MosaicError('auth.forbidden', 'this robot needs no token', 'Change how it signs in.')))
   await userEvent.click(screen.getByRole('button', ISSUE))

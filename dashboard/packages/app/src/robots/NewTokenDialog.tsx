@@ -1,9 +1,6 @@
 import { Alert, Button, Group, Stack, Text } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
-import { useState } from 'react'
-import { type Failure, failureOf } from '@mosaic/widgets'
-import type { RobotCredentials } from '@mosaic/robot'
-import { TokenDialog } from './TokenDialog'
+import { type Making, TokenDialog } from './TokenDialog'
 
 export interface NewTokenDialogProps {
   robotId: string
@@ -15,32 +12,20 @@ export interface NewTokenDialogProps {
 export default function NewTokenDialog({ robotId, name, onClose }: NewTokenDialogProps) {
   return (
     <TokenDialog title={`New token for ${name}`} onClose={onClose}>
-      {(show) => <Question robotId={robotId} onIssued={show} onCancel={onClose} />}
+      {(making) => <Question robotId={robotId} making={making} onCancel={onClose} />}
     </TokenDialog>
   )
 }
 
 interface QuestionProps {
   robotId: string
-  onIssued: (credentials: RobotCredentials) => void
+  making: Making
   onCancel: () => void
 }
 
-function Question({ robotId, onIssued, onCancel }: QuestionProps) {
+function Question({ robotId, making: { make, isBusy, failure }, onCancel }: QuestionProps) {
   const client = useMosaicClient()
-  const [failure, setFailure] = useState<Failure | null>(null)
-  const [isBusy, setIsBusy] = useState(false)
-
-  const issue = async () => {
-    setIsBusy(true)
-    try {
-      onIssued({ robotId, token: await client.api.newRobotToken(robotId) })
-    } catch (error) {
-      setFailure(failureOf(error))
-      setIsBusy(false)
-    }
-  }
-
+  const issue = async () => ({ robotId, token: await client.api.newRobotToken(robotId) })
   return (
     <Stack>
       {failure !== null && (
@@ -53,10 +38,10 @@ function Question({ robotId, onIssued, onCancel }: QuestionProps) {
         <code>mosaic_config.yaml</code>.
       </Text>
       <Group justify="flex-end">
-        <Button variant="default" onClick={onCancel}>
+        <Button variant="default" disabled={isBusy} onClick={onCancel}>
           Cancel
         </Button>
-        <Button color="red.9" loading={isBusy} onClick={() => void issue()}>
+        <Button color="red.9" loading={isBusy} onClick={() => make(issue)}>
           End the old token and make a new one
         </Button>
       </Group>

@@ -1,5 +1,6 @@
 import { Button, Code, Group, Modal, Stack, Text } from '@mantine/core'
 import type { RobotCredentials } from '@mosaic/robot'
+import { failureOf, type Failure } from '@mosaic/widgets'
 import { useState, type ReactNode } from 'react'
 import { CopyButton } from '../shell/CopyButton'
 import { robotYaml } from './robotYaml'
@@ -7,14 +8,31 @@ import { robotYaml } from './robotYaml'
 export interface TokenDialogProps {
   title: string
   onClose: () => void
-  /** What is asked before there is a token; `show` shows the one that was made. */
-  children: (show: (credentials: RobotCredentials) => void) => ReactNode
+  /** What is asked before there is a token. */
+  children: (making: Making) => ReactNode
 }
 
-/** Asks, then shows a robot's token, once: from then on nothing but "Done" takes it away. */
+export interface Making {
+  /** Makes a token, and shows it. */
+  make: (request: () => Promise<RobotCredentials>) => void
+  isBusy: boolean
+  failure: Failure | null
+}
+
+/** Asks, then shows a robot's token, once: from the moment that one is being made nothing but "Done" takes it away. */
 export function TokenDialog({ title, onClose, children }: TokenDialogProps) {
   const [credentials, setCredentials] = useState<RobotCredentials | null>(null)
-  const isLosable = credentials === null
+  const [failure, setFailure] = useState<Failure | null>(null)
+  const [isBusy, setIsBusy] = useState(false)
+  const make = (request: () => Promise<RobotCredentials>) => {
+    setIsBusy(true)
+    setFailure(null)
+    request()
+      .then(setCredentials)
+      .catch((error: unknown) => setFailure(failureOf(error)))
+      .finally(() => setIsBusy(false))
+  }
+  const isLosable = credentials === null && !isBusy
   return (
     <Modal
       opened
@@ -26,7 +44,7 @@ export function TokenDialog({ title, onClose, children }: TokenDialogProps) {
       closeOnEscape={isLosable}
       withCloseButton={isLosable}
     >
-      {credentials === null ? children(setCredentials) : <Token credentials={credentials} onDone={onClose} />}
+      {credentials === null ? children({ make, isBusy, failure }) : <Token credentials={credentials} onDone={onClose} />}
     </Modal>
   )
 }

@@ -1,5 +1,5 @@
 import { useEffect, type RefObject } from 'react'
-import { isLeading, watchSight } from '../frame/picturesInSight'
+import { isLeading, pictureRect, watchSight } from '../frame/picturesInSight'
 import type { ShowsMedia } from '../stores/storeKinds'
 
 /**
@@ -11,7 +11,7 @@ export function useShown(robotId: string, store: ShowsMedia, root: RefObject<Ele
     () =>
       watchSight(() => {
         if (root.current === null) return
-        const { width, height } = root.current.getBoundingClientRect()
+        const { width, height } = pictureRect(root.current)
         const sizePx = width * height * window.devicePixelRatio ** 2
         store.setShown({ sizePx, leads: isLeading(robotId, root.current) })
       }),
