@@ -134,7 +134,8 @@ class Acting(Protocol):
     """What the gates of link and picture leave of its speed; 1 in the beginning."""
     measured: Measures
     rest_code: str | None
-    """What its sender's last command came to, if the connector rests from him for a while because of that."""
+    """Why the connector takes nothing of its sender for a while: what his last command came to, or that the device is
+    away."""
 
     def measure(self) -> Measures:
         """How good its sender's link is now."""
@@ -228,7 +229,7 @@ ON_ARRIVAL: tuple[GateRule[ArrivedCommand], ...] = (
 ON_ACTING: tuple[GateRule[Acting], ...] = (
     GateRule(
         Gate.REST,
-        "Has its sender's last command not just failed in the connector?",
+        "Is the connector's device there, and has its sender's last command not just failed?",
         ("plugin.failed", "plugin.no_device"),
         _rest,
     ),

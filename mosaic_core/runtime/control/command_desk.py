@@ -227,7 +227,8 @@ class CommandDesk:
         done = "gave back to" if may_stop else "took from"
         logger.warning("%r %s %r the right to say stop", by, done, whose)
         what = "stop.right_given" if may_stop else "stop.right_taken"
-        self._journal.note(what, who=by, account=peer.sender.operator_id, subject=whose)
+        its = f"of the account {sender.operator_id}" if sender.operator_id else ""
+        self._journal.note(what, who=by, account=peer.sender.operator_id, subject=whose, message=its)
         self._tell_peers()
 
     def _clear(self, peer: Controlled, now_s: float) -> None:

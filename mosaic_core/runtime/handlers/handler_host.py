@@ -25,7 +25,8 @@ from mosaic_core.words.errors import MosaicError
 def _would_block() -> MosaicError:
     place = line_in(caller_of_core(sys._getframe(1)))
     message = f"Waiting on the event loop's thread would stop the whole robot{f' ({place})' if place else ''}."
-    return MosaicError(message, code="plugin.blocks_loop")
+    cure = "Make it an `async def` that uses `async for` or `await`, or the body a `def`, which has its own thread."
+    return MosaicError(f"{message} {cure}", code="plugin.blocks_loop", cure=cure)
 
 
 class RuntimeHost:

@@ -218,9 +218,6 @@ class Receiver:
 
     def _admitted(self, item: Incoming) -> tuple[Any, ...] | None:
         """The arguments of ``handle_data``, with the watchdog fed; ``None`` if the message must not act."""
-        if self._keeper is not None and self._keeper.absence is not None:
-            self._tell(Outcome(item, self._could_not(self._keeper.absence)))
-            return None
         turn = self._turn_of(item)
         try:
             refusal = refusal_on_acting(turn)
@@ -246,7 +243,6 @@ class Receiver:
             return self.watch.begin(item, fired=command.fired, is_idle=command.is_idle, wants_motion=wants_motion)
 
         now_s = time.monotonic()
-        rests_until_s, rest_code = self._rests.get(item.sender.peer_id, (0.0, ""))
         return CommandTurn(
             item.payload,
             self._shaper,
@@ -256,8 +252,15 @@ class Receiver:
             must_release=lambda: self.watch.must_release(item),
             waited_s=now_s - item.arrived_at_s,
             max_age_s=self.max_age_s,
-            rest_code=rest_code if now_s < rests_until_s else None,
+            rest_code=self._rest_code(item.sender.peer_id, now_s),
         )
+
+    def _rest_code(self, peer_id: str, now_s: float) -> str | None:
+        """Why it takes nothing of this peer now: its device is away, or his last command has just broken it."""
+        if self._keeper is not None and self._keeper.absence is not None:
+            return failure_code(self._keeper.absence)
+        until_s, code = self._rests.get(peer_id, (0.0, ""))
+        return code if now_s < until_s else None
 
     def _pause_s(self) -> float | None:
         return None if self.watch.zeros_until_s is None else ZERO_PERIOD_S

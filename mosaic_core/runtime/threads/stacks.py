@@ -48,7 +48,12 @@ class PluginCode:
     """Knows which files are those of the plugins that made ``handlers``."""
 
     def __init__(self, handlers: Iterable[Handler]) -> None:
-        self._sources = tuple(set(_sources(handlers)))
+        self._labels: dict[str, set[str]] = {}
+        """By place, of the handlers whose code lies there."""
+        for handler in handlers:
+            for source in _sources(handler):
+                self._labels.setdefault(source, set()).add(handler.label)
+        self._sources = tuple(self._labels)
 
     def place_of(self, error: BaseException) -> str:
         """``FILE:LINE in NAME`` of the innermost line of the plugins on the way of ``error``; else the innermost line
@@ -73,15 +78,21 @@ class PluginCode:
             code = frame.f_code
             if code.co_filename.startswith(_ASYNCIO) and code.co_name in _LOOP_ITSELF:
                 return
+            is_plugin = code.co_filename.startswith(self._sources) and not code.co_filename.startswith(_CORE)
             yield StackFrame(
                 code.co_filename,
                 frame.f_lineno,
                 code.co_qualname,
-                _label(frame),
-                is_plugin=code.co_filename.startswith(self._sources) and not code.co_filename.startswith(_CORE),
+                _label(frame) or (self._owner_of(code.co_filename) if is_plugin else ""),
+                is_plugin=is_plugin,
                 is_library=code.co_filename.startswith(_STANDARD),
             )
             frame = frame.f_back
+
+    def _owner_of(self, file: str) -> str:
+        """The one handler whose code this is, as in a task of its own; nothing where it may be one of several."""
+        labels = {label for source, its in self._labels.items() if file.startswith(source) for label in its}
+        return labels.pop() if len(labels) == 1 else ""
 
 
 def _causes(error: BaseException) -> Iterator[BaseException]:
@@ -99,9 +110,9 @@ def _label(frame: FrameType) -> str:
     return owner.label if isinstance(owner, Handler) else ""
 
 
-def _sources(handlers: Iterable[Handler]) -> Iterator[str]:
-    """Where the code of ``handlers`` lies: the folder of a package, or the file of a module that stands alone."""
-    for name in {cls.__module__ for handler in handlers for cls in type(handler).__mro__[:-1]}:
+def _sources(handler: Handler) -> Iterator[str]:
+    """Where the code of ``handler`` lies: the folder of a package, or the file of a module that stands alone."""
+    for name in {cls.__module__ for cls in type(handler).__mro__[:-1]}:
         package = sys.modules.get(name.partition(".")[0])
         if package is not None and package is not mosaic_core:
             yield from _places(package)

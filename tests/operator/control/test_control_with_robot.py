@@ -242,8 +242,8 @@ async def test_a_supervisor_takes_the_right_to_stop_from_an_observer_who_says_it
         assert denied.value.code == "safety.stop_taken"
         assert boss.control.stop_state is not None
         assert not boss.control.stop_state.is_stopped
-        entries = [(entry.what, entry.who, entry.subject) for entry in await boss.control.journal()]
-        assert ("stop.right_taken", "Boss", "Wanda") in entries
+        entries = [(entry.what, entry.who, entry.subject, entry.message) for entry in await boss.control.journal()]
+        assert ("stop.right_taken", "Boss", "Wanda", "of the account Wanda") in entries
         await boss.control.change_stop_right(watcher.peer_id, may_stop=True)
         await watcher.control.wait_for(lambda: rights_told(watcher) == [("Wanda", None, "Boss")])
         assert (await watcher.control.stop("now")).is_safe

@@ -140,7 +140,7 @@ async def test_a_command_that_finds_it_gone_is_refused_and_a_stick_held_until_it
         store.send_json({"speed_mps": 0.5})
         await until(lambda: row(link).state == "failed")
         store.send_json({"speed_mps": 0.5})
-        await until(lambda: row(link).refused_by.get("handler", 0) == 2)
+        await until(lambda: row(link).refused_by == {"handler": 1, "rest": 1})
         assert row(link).failure_code == "plugin.no_device"
         motor.is_plugged = True
         await until(lambda: row(link).state == "running")

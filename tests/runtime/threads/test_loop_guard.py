@@ -53,3 +53,26 @@ async def test_a_loop_that_is_free_costs_nobody_a_word(caplog: pytest.LogCapture
     guard.stop()
     assert [block for block in blocks if block.label] == []
     assert "plugin.blocks_loop" not in caplog.text
+
+
+async def sleep_in_a_task_of_ones_own() -> None:
+    time.sleep(BLOCK_S)  # noqa: ASYNC251 - what is told
+
+
+TASK_LINE = inspect.getsourcelines(sleep_in_a_task_of_ones_own)[1] + 1
+
+
+@pytest.mark.parametrize(("labels", "label"), [(("front",), "front"), (("front", "rear"), "")])
+async def test_a_task_of_a_connector_is_named_where_its_code_is_that_of_one(
+    labels: tuple[str, ...], label: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    blocks: list[LoopBlock] = []
+    guard = LoopGuard([Sleepy(one) for one in labels], blocks.append)
+    guard.start()
+    await asyncio.sleep(0.3)
+    await asyncio.create_task(sleep_in_a_task_of_ones_own())
+    place = f"{__file__}:{TASK_LINE} in sleep_in_a_task_of_ones_own"
+    await until(lambda: any(block.place == place for block in blocks))
+    guard.stop()
+    assert {block.label for block in blocks if block.place == place} == {label}
+    assert ("plugin.blocks_loop" in caplog.text) == bool(label)

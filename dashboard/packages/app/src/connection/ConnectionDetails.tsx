@@ -4,21 +4,24 @@ import { useReadable } from '@mosaic/react'
 import { IconStethoscope } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
 import { CopyButton } from '../shell/CopyButton'
+import { useServerAway } from '../shell/useServerAway'
 import { bulkConnectionText, connectionText } from './connectionText'
 import classes from './connection.module.css'
 import { TimelineBars } from './TimelineBars'
 
 export interface ConnectionDetailsProps {
   connection: RobotConnection
+  /** Whether the robot is at the server; unknown while that isn't. */
+  isOnline: boolean | undefined
   onClose: () => void
 }
 
 /** How the newest attempt went, phase by phase; for whoever wants to know, or has to report it. */
-export default function ConnectionDetails({ connection, onClose }: ConnectionDetailsProps) {
+export default function ConnectionDetails({ connection, isOnline, onClose }: ConnectionDetailsProps) {
   const state = useReadable(connection.state)
   const timeline = useReadable(connection.timeline)
   const bulk = useReadable(connection.bulkLane)
-  const { text, reason, cure } = connectionText(state)
+  const { text, reason, cure } = connectionText(state, { isOnline, isServerAway: useServerAway() })
   return (
     // No veil over the page: somebody may be driving.
     <Drawer opened onClose={onClose} position="right" size="md" title="Connection details" withOverlay={false} lockScroll={false} trapFocus={false} classNames={{ inner: classes.inner }}>

@@ -26,7 +26,7 @@ export function ConnectionBadge({ connection, isOnline }: { connection: RobotCon
         )}
         <button type="button" className={classes.badgeButton} aria-label="Connection details" onClick={() => setIsOpen(true)} />
       </span>
-      {isOpen && <ConnectionDetails connection={connection} onClose={() => setIsOpen(false)} />}
+      {isOpen && <ConnectionDetails connection={connection} isOnline={isOnline} onClose={() => setIsOpen(false)} />}
     </>
   )
 }

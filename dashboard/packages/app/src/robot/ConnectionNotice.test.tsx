@@ -42,6 +42,7 @@ function shown(): string {
 test('a robot that is offline is started with `mosaic run`', () => {
   expect(shown()).toContain('Start it with `mosaic run`')
   expect(screen.getByText('Offline')).toBeTruthy()
+  expect(screen.getByRole('button', { name: 'Offline: try again' })).toBeTruthy()
 })
 
 test('a server that is away is named alone: nothing is known of the robot then', () => {

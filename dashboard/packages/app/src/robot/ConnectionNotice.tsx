@@ -19,8 +19,8 @@ const START_ROBOT = 'Start it with `mosaic run`; this page connects by itself wh
 export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
   const state = useReadable(connection.state)
   const timeline = useReadable(connection.failedTimeline)
-  const { reason, cure, canRetry, text, tone } = connectionText(state)
   const isServerAway = useServerAway()
+  const { reason, cure, canRetry, text, tone } = connectionText(state, { isOnline: robot?.isOnline, isServerAway })
   const isOffline = robot?.isOnline === false
   if (isServerAway || tone === 'ok' || (reason === '' && !isOffline)) return null
   return (

@@ -1,4 +1,5 @@
 import { Button } from '@mantine/core'
+import { useControl } from '@mosaic/react'
 import { IconSend } from '@tabler/icons-react'
 import { useSender } from './useSender'
 import { MessageEditor } from '../form/MessageEditor'
@@ -16,7 +17,8 @@ import classes from './JsonSender.module.css'
  */
 export function JsonSender({ robotId, entry, store }: WidgetProps) {
   const draft = useMessageDraft(entry.messageSchema, entry.dataType !== 'string-u2r')
-  const sender = useSender(store, 'Ctrl+Enter sends')
+  const isObserver = useControl(robotId).me?.role === 'observer'
+  const sender = useSender(store, isObserver ? 'Your role is observer: most robots take no messages of yours' : 'Ctrl+Enter sends')
   const send = () => {
     const { checked } = draft
     if (checked.ok) sender.send(checked.text)

@@ -1,13 +1,17 @@
 /** A message as text: one to start from, and what was typed, checked. */
-import { fieldsOf, type Field, type JsonSchema } from '../schema/jsonSchema'
+import { fieldsOf, freeObjects, type Field, type JsonSchema } from '../schema/jsonSchema'
 import { place } from './messageForm'
 
 const EMPTY: Record<Field['kind'], unknown> = { number: 0, boolean: false, string: '', array: [] }
 
-/** A message to start from, made of the schema: its defaults, else zeros and empty strings. */
+/** A message to start from, made of the schema: its defaults, else zeros, empty strings and empty objects. */
 export function templateOf(schema: JsonSchema | undefined): string {
   const message: Record<string, unknown> = {}
-  for (const field of fieldsOf(schema)) place(message, field.path, field.initial === undefined ? EMPTY[field.kind] : field.initial)
+  for (const field of fieldsOf(schema)) {
+    const isPartOfNothing = field.path.length > 1 && field.initial === null
+    if (!isPartOfNothing) place(message, field.path, field.initial === undefined ? EMPTY[field.kind] : field.initial)
+  }
+  for (const path of freeObjects(schema)) place(message, path, {})
   return JSON.stringify(message, null, 2)
 }
 

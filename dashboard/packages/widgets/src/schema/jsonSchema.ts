@@ -65,31 +65,60 @@ function nodeAt(root: JsonSchema, path: readonly string[]): JsonSchema | null {
   return node
 }
 
+/** The paths of the objects that a message must have and of whose parts the schema names none. */
+export function freeObjects(schema: JsonSchema | undefined): (readonly string[])[] {
+  return schema === undefined ? [] : freeObjectsIn(schema, schema, [])
+}
+
+function freeObjectsIn(node: JsonSchema, root: JsonSchema, path: readonly string[]): (readonly string[])[] {
+  const { required } = resolved(node, root)
+  if (path.length > MAX_DEPTH || !Array.isArray(required)) return []
+  return Object.entries(propertiesOf(resolved(node, root))).flatMap(([key, raw]) => {
+    const [child, here] = [resolved(raw, root), [...path, key]]
+    if (!required.includes(key) || mayBeLeftOut(raw) || child['type'] !== 'object') return []
+    return Object.keys(propertiesOf(child)).length === 0 ? [here] : freeObjectsIn(child, root, here)
+  })
+}
+
 interface Place {
   path: readonly string[]
   /** Some object on the way may be left out. */
   isOptional: boolean
+  /** What the default of an object on the way says of it; null: it is left out. */
+  given?: unknown
 }
 
 function collect(node: JsonSchema, root: JsonSchema, place: Place): Field[] {
   if (place.path.length > MAX_DEPTH) return []
   return Object.entries(propertiesOf(resolved(node, root))).flatMap(([key, raw]) => {
     const child = resolved(raw, root)
-    const here = { path: [...place.path, key], isOptional: place.isOptional || mayBeLeftOut(raw) }
-    const kind = kindOf(child)
+    const given = givenAt(place.given, key, raw['default'])
+    const here = { path: [...place.path, key], isOptional: place.isOptional || mayBeLeftOut(raw), given }
+    const kind = kindOf(child) ?? plainKind(given)
     if (kind === null) return collect(child, root, here)
     const field = fieldAt(here, key, kind, child)
     return [kind === 'array' && isNumber(child['items'], root) ? { ...field, holdsNumbers: true } : field]
   })
 }
 
+function givenAt(given: unknown, key: string, otherwise: unknown): unknown {
+  if (given === null) return null
+  return isObject(given) && given[key] !== undefined ? given[key] : otherwise
+}
+
+/** Of the default of what may be an object or something plainer. */
+function plainKind(given: unknown): Field['kind'] | null {
+  const type = typeof given
+  return type === 'string' || type === 'number' || type === 'boolean' ? type : null
+}
+
 function isNumber(node: unknown, root: JsonSchema): boolean {
   return isObject(node) && kindOf(resolved(node, root)) === 'number'
 }
 
-function fieldAt({ path, isOptional }: Place, key: string, kind: Field['kind'], node: JsonSchema): Field {
+function fieldAt({ path, isOptional, given }: Place, key: string, kind: Field['kind'], node: JsonSchema): Field {
   const field: Field = { path, name: nameOf(key), kind, unit: unitOf(node, key), description: plainText(text(node['description'])) }
-  const initial = initialOf(node)
+  const initial = given === undefined ? initialOf(node) : given
   if (initial !== undefined) field.initial = initial
   if (Array.isArray(node['enum'])) field.allowed = node['enum']
   if (node['type'] === 'integer') field.isInteger = true
