@@ -182,8 +182,9 @@ async def test_silence_stops_the_base_and_a_refused_command_does_not_keep_it_ali
         drive = operator.open("drive")
         drive.say({"v": 1})
         await kit.until(lambda: base.log)
-        for _ in range(20):
+        for number in range(1, 21):  # the next one only then: it would take its place
             drive.say({"refuse": True})
+            await kit.until(lambda number=number: scene.robot.snapshot().connectors[0].refused == number)
             await asyncio.sleep(0.01)
         assert base.log == [(1, "p1"), "safety.timeout"]
         assert control.heard("refusal")[0].code == "safety.not_finite"
