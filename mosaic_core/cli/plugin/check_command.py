@@ -7,7 +7,6 @@ import logging
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from types import FrameType
@@ -96,7 +95,7 @@ def _tell_json(shipment: Shipment, level: LadderLevel, found: list[RuleFinding])
 
     for one in found:
         rule = {"rule": one.rule.name, "level": one.rule.level, "subject": one.subject, "verdict": one.verdict}
-        more: dict[str, Any] = {"faults": [asdict(fault) for fault in one.faults], "why_not": one.why_not}
+        more: dict[str, Any] = {"faults": [*map(_as_json, one.faults)], "why_not": one.why_not}
         if one.faults:
             more |= {"asks": one.rule.asks, "why": one.rule.why, "cure": one.rule.cure}
         typer.echo(json.dumps({"distribution": shipment.name, **rule, **more}, ensure_ascii=False))
@@ -186,6 +185,11 @@ def _print_trace(out: Console, fault: Fault) -> None:
 
     for line in fault.trace.splitlines():
         out.print(Text(f"    {line}", "dim"))
+
+
+def _as_json(fault: Fault) -> dict[str, Any]:
+    place = {"file": fault.place.file, "line": fault.place.line}
+    return {"message": fault.message, "place": place, "trace": fault.trace}
 
 
 def _shown(place: CodeLine) -> str:
