@@ -10,6 +10,7 @@ from typing import Any, get_args
 from pydantic import AliasChoices, AliasPath
 
 from mosaic_core.contract.declared.nested_models import is_model
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.contract.params import Message
 from mosaic_core.machines.commands.number_list import EVERY, NumberList
 from mosaic_core.words.limits import MotionKind
@@ -89,7 +90,7 @@ def message_fields(message_type: Any, used: Iterable[str] = (), known: Collectio
     ``a.0``) stands in a list. ``known``: the names that lists which are keyed by another may have."""
     if not is_model(message_type):
         return MessageFields(lists=_spelt_lists(used), message_type=message_type)
-    schema, names_of = message_type.model_json_schema(), getattr(message_type, "keyed_by", {})
+    schema, names_of = schema_of(message_type), getattr(message_type, "keyed_by", {})
     definitions = schema.get("$defs", {})
     lists = []
     for path in sorted(_paths(schema, definitions, 0, _is_number_list)):

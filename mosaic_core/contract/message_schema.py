@@ -1,14 +1,26 @@
-"""Finds what a JSON Schema says of one field of a message."""
+"""Keeps the JSON Schemas of messages, and finds what one says of one field."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal
+from weakref import WeakKeyDictionary
 
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.units import unit_of
 
 _MAX_DEPTH = 32
+Mode = Literal["validation", "serialization"]
+_made: WeakKeyDictionary[type[BaseModel], dict[Mode, dict[str, Any]]] = WeakKeyDictionary()
+
+
+def schema_of(model: type[BaseModel], mode: Mode = "validation") -> dict[str, Any]:
+    """The schema of a class, which does not change and is made once: each look at a receiver's limits asks for it, and
+    pydantic takes milliseconds. Whoever gets it changes nothing in it. Any thread."""
+    its = _made.setdefault(model, {})
+    if mode not in its:
+        its[mode] = model.model_json_schema(mode=mode)
+    return its[mode]
 
 
 def object_of(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -35,7 +47,7 @@ def unit_at(message_type: Any, field: str) -> str:
     says it."""
     if not is_model(message_type):
         return ""
-    path, nodes = field.split("."), nodes_on(message_type.model_json_schema(), tuple(field.split(".")))
+    path, nodes = field.split("."), nodes_on(schema_of(message_type), tuple(field.split(".")))
     said = [unit_of(name, node) for name, node in zip(path, nodes, strict=True)]
     return next((unit for unit in reversed(said) if unit), "")
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.drill.fields import Lists, at, in_lists, put
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.runtime.commands.payload import PayloadReader
@@ -78,7 +79,7 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
     if wanted is str:
         return DrillCommand("drill", PayloadKind.STRING)
     fields = tuple(field for field in motion_fields(safety) if field not in safety.position_fields)
-    schema = wanted.model_json_schema() if is_model(wanted) else {}
+    schema = schema_of(wanted) if is_model(wanted) else {}
     message = example_of(schema, schema)
     if not isinstance(message, dict):
         message = {}

@@ -44,7 +44,10 @@ async def climb(
             yield await _finding(rule, shipment.name, shipment)
     with _older_things_set_aside():
         examinees = [Examinee(shipment, one, restarts=restarts, tell=tell) for one in shipment.connectors()]
-        early = {rule.name: await _side_by_side(rule, examinees) for rule in rules if _mostly_waits(rule)}
+        early: dict[str, list[RuleFinding]] = {}
+        for rule in filter(_mostly_waits, rules):
+            early[rule.name] = await _side_by_side(rule, examinees)
+            _set_aside()  # what has been imported for it
         for number, examinee in enumerate(examinees):
             for rule in rules:
                 if rule.name in early:
@@ -71,12 +74,19 @@ async def _side_by_side(rule: LadderRule, examinees: Sequence[Examinee]) -> list
 @contextmanager
 def _older_things_set_aside() -> Iterator[None]:
     """What a connector leaves open is found after a collection of garbage, which takes a tenth of a second of a large
-    program if it looks at all that was there before."""
-    gc.freeze()
+    program if it looks at all that was there before. A program that has set its own aside wants it to stay there."""
+    are_aside = gc.get_freeze_count() > 0
+    _set_aside()
     try:
         yield
     finally:
-        gc.unfreeze()
+        if not are_aside:
+            gc.unfreeze()
+
+
+def _set_aside() -> None:
+    gc.collect()  # garbage would stay
+    gc.freeze()
 
 
 async def _finding(rule: LadderRule, subject: str, asked: Shipment | Examinee) -> RuleFinding:

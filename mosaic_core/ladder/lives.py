@@ -20,6 +20,7 @@ from weakref import WeakKeyDictionary
 
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import message_type_of
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.contract.units import unit_of
 from mosaic_core.doctor.code_checks import blocking_lines
@@ -116,7 +117,7 @@ def question_for(handler: RequestHandler[Any, Any]) -> bytes:
     """A valid question that takes its time, where it says how long that shall be. Raises :class:`NoCommand`."""
     command = moving_command(handler, ReceiverSafety())
     wanted = message_type_of(type(handler))
-    schema = wanted.model_json_schema() if is_model(wanted) else {}
+    schema = schema_of(wanted) if is_model(wanted) else {}
     for name, said in schema.get("properties", {}).items():
         if said.get("type") == "number" and unit_of(name, said) == "s":
             put(command.message, name, nearest_to(LONG_S, said))

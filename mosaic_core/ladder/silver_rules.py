@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import DataChannelReceivable, has_safe_action, message_type_of
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.contract.units import KNOWN_UNITS, unit_of
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.drill import drill
@@ -54,7 +55,7 @@ def params_have_units(one: Examinee) -> Iterator[Fault]:
 
 def _without_units(models: list[type[BaseModel]]) -> Iterator[Fault]:
     for model in models:
-        for name, field in model.model_json_schema().get("properties", {}).items():
+        for name, field in schema_of(model).get("properties", {}).items():
             declared = next((key for key, info in model.model_fields.items() if name in (key, info.alias)), name)
             what = _wrong_unit(declared, field)
             if not what:

@@ -10,6 +10,7 @@ from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import DataChannelReceivable, has_safe_action, message_type_of
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.contract.units import unit_of
 from mosaic_core.harness.building import checked_entry
@@ -128,7 +129,7 @@ def _unit(field: str, handler: DataChannelReceivable[Any]) -> str:
     if not is_model(message_type):
         return ""
     its = fields_of(handler, SafetyConfig()).list_of(field)
-    schema = message_type.model_json_schema()
+    schema = schema_of(message_type)
     node, name = schema, ""
     for name in (field if its is None else its.path).split("."):
         node = node.get("properties", {}).get(name, {})

@@ -12,10 +12,13 @@ from mosaic_core.contract.declared.type_arguments import bare_bases
 from mosaic_core.contract.declared.wrong_declaration import wrong_declaration
 from mosaic_core.contract.field_kinds import kind_of
 from mosaic_core.contract.message_fields import MessageFields, has_two_names, message_fields, text_lists
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.words.control import ResourceName
 from mosaic_core.words.errors import hint_at
 from mosaic_core.words.limits import ImpossibleLimit, clashes
 from mosaic_core.words.safety_config import MAX_TIMEOUT_S, FieldBounds
+
+_RESOURCE_NAME = TypeAdapter[str](ResourceName)
 
 
 def check_fields(cls: type, fields: MessageFields, velocities: Iterable[str], positions: Iterable[str]) -> None:
@@ -50,7 +53,7 @@ def check_lists(cls: type, message_type: Any) -> None:
     keyed_by = getattr(message_type, "keyed_by", None)
     if not keyed_by or not is_model(message_type):
         return
-    texts, lists = text_lists(message_type.model_json_schema()), message_fields(message_type).lists
+    texts, lists = text_lists(schema_of(message_type)), message_fields(message_type).lists
     for path, names in keyed_by.items():
         for wanted, known, what in ((path, {one.path for one in lists}, "numbers"), (names, texts, "texts")):
             if wanted not in known:
@@ -90,7 +93,7 @@ def check_resource(cls: type, resource: object) -> None:
     """Refuse a name that no lease can have."""
     if isinstance(resource, str):
         try:
-            TypeAdapter(ResourceName).validate_python(resource)
+            _RESOURCE_NAME.validate_python(resource)
         except ValidationError:
             message = f"the lease of '{resource}' can't be taken."
             cure = "Write small letters, digits, - and _, a letter first, 32 at most."

@@ -7,6 +7,7 @@ from typing import Any
 
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, sent_type_of
+from mosaic_core.contract.message_schema import schema_of
 from mosaic_core.contract.request_handler import RequestHandler, answer_schema
 from mosaic_core.runtime.configuration.connector import HandlerGroup, handler_groups, terms_for
 from mosaic_core.runtime.configuration.receiver_safety import bounds_of, timeout_of
@@ -75,7 +76,7 @@ def _messages_of(handler: Handler) -> dict[str, Any]:
         "schema_id": getattr(message_type_of(type(handler)), "schema_id", "") or None,
         "message_schema": message_schema(handler),
         "sent_schema_id": getattr(sent, "schema_id", "") or None,
-        "sent_schema": None if sent is None else sent.model_json_schema(mode="serialization"),
+        "sent_schema": None if sent is None else schema_of(sent, "serialization"),
         "answer_schema": answer_schema(type(handler)) if isinstance(handler, RequestHandler) else None,
         "answer_within_s": handler.answer_within_s if isinstance(handler, RequestHandler) else None,
         "item_names": (tuple(handler.item_names) or None) if isinstance(handler, DataChannelReceivable) else None,
@@ -88,7 +89,7 @@ def message_schema(handler: Handler) -> dict[str, Any] | None:
     if not is_model(message_type):
         return None
     receives = isinstance(handler, DataChannelReceivable)
-    return message_type.model_json_schema(mode="validation" if receives else "serialization")
+    return schema_of(message_type, "validation" if receives else "serialization")
 
 
 def receivers(handlers: Sequence[Handler]) -> list[DataChannelReceivable[Any]]:

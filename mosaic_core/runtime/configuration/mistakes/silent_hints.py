@@ -49,16 +49,16 @@ def _silence(kind: type[Handler]) -> tuple[str, str] | None:
     base, name, sends = next((its for its in _BODIES if issubclass(kind, its[0])), (None, "", frozenset[str]()))
     if base is None:
         return None
-    body, place = getattr(kind, name), standing_at(kind)
+    body = getattr(kind, name)
     if body is not getattr(base, name):
         if not sends or not _yields_nothing(body) or package_reads(kind, sends):
             return None
-        return f"{name}() of {kind.__name__} yields nothing", f"yield what it shall send{place}"
+        return f"{name}() of {kind.__name__} yields nothing", f"yield what it shall send{standing_at(kind)}"
     if package_reads(kind, sends):
         return None
     own = [key for key, value in vars(kind).items() if callable(value) and not key.startswith("_")]
     called = f", and nobody calls its {own[0]}()" if len(own) == 1 else ""
-    return f"{kind.__name__} has no {name}(){called}", f"write {name} in {kind.__name__}{place}"
+    return f"{kind.__name__} has no {name}(){called}", f"write {name} in {kind.__name__}{standing_at(kind)}"
 
 
 def _yields_nothing(body: Callable[..., Any]) -> bool:
