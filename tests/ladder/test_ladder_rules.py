@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from pathlib import Path
 
@@ -392,6 +393,13 @@ async def test_an_installed_distribution_without_sources_has_no_tests_to_judge(
     found = {one.rule.name: one.verdict async for one in climb(shipment)}
     assert found["tests-with-kit"] == "not judged"
     assert found["licence"] == "failed"
+
+
+async def test_what_a_program_has_set_aside_from_the_collector_stays_aside(plugin: GoodPlugin) -> None:
+    gc.collect()
+    gc.freeze()
+    await findings(plugin, only=("licence",))
+    assert gc.get_freeze_count() > 0
 
 
 def test_a_rung_is_reached_when_nothing_below_is_missing() -> None:
