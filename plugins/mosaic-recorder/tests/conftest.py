@@ -38,7 +38,7 @@ def encoded(
     context.options = (
         {"preset": "superfast", "tune": "zerolatency", "x264-params": "scenecut=0"}
         if codec == "h264"
-        else {"deadline": "realtime", "cpu-used": "-8", "lag-in-frames": "0"}
+        else {"deadline": "realtime", "cpu-used": "8", "lag-in-frames": "0"}
     )
     pictures = []
     for number in range(count):
