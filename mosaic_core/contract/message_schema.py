@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
+from pydantic import BaseModel
+
 from mosaic_core.contract.declared.nested_models import is_model
 from mosaic_core.contract.units import unit_of
 
