@@ -35,6 +35,7 @@ def encoded(
     context.width, context.height, context.pix_fmt = width, height, "yuv420p"
     context.time_base, context.framerate = Fraction(1, 90_000), Fraction(FPS)
     context.bit_rate, context.max_b_frames, context.gop_size = 800_000, 0, key_every
+    context.thread_count = 1  # several of libvpx wait for each other by turning round and round
     context.options = (
         {"preset": "superfast", "tune": "zerolatency", "x264-params": "scenecut=0"}
         if codec == "h264"
