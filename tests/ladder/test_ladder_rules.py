@@ -433,8 +433,9 @@ NAMELESS = """    def messages(self) -> Iterator[Reading]:
         threading.Thread(target=threading.Event().wait, daemon=True).start()
         for _ in self.every(self.params.period_s):"""
 KEPT = """    def messages(self) -> Iterator[Reading]:
-        import os
-        os.open("/dev/null", os.O_RDONLY)
+        import os, weakref
+        file = os.open("/dev/null", os.O_RDONLY)
+        weakref.finalize(self, os.close, file)
         for _ in self.every(self.params.period_s):"""
 
 
