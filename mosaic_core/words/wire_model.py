@@ -90,3 +90,9 @@ def _children(value: Any) -> list[Any]:
 def wrong_fields(error: ValidationError) -> str:
     """The fields that a model found wrong or missing; ``data`` where it is the whole."""
     return ", ".join(".".join(map(str, problem["loc"])) or "data" for problem in error.errors())
+
+
+def told_mistakes(error: ValidationError, most: int = 3) -> str:
+    """The first things that a model found wrong, each behind its field, without what was said there."""
+    found = [(".".join(map(str, one["loc"])), one["msg"]) for one in error.errors()[:most]]
+    return "; ".join(f"{field}: {wrong}" if field else wrong for field, wrong in found)

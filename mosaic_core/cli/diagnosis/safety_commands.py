@@ -24,8 +24,8 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, help="Exercise wha
 
 _TABLE_WIDTH = 110
 """On a narrower terminal the reasons stand below the table."""
-_WRAPPED = ("limit", "measured", "why")
-"""Columns that give way where a line is too long: who reads must always see what was exercised, of which connector."""
+_WHOLE = ("what", "connector", "gate", "")
+"""Columns that are never wrapped: who reads must always see what was exercised, of which connector."""
 _STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
@@ -136,18 +136,18 @@ def _tell_interrupted(*, is_safe: bool) -> None:
 
 
 def _show(found: list[DrillFinding], console: Console, *, live: bool) -> None:
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
+    from mosaic_core.cli.terminal.rich_table import listed
+
     is_wide = console.width >= _TABLE_WIDTH
-    for name in ("what", "connector", "limit", "measured", "gate", "", *(["why"] if is_wide else [])):
-        table.add_column(name, no_wrap=name not in _WRAPPED, overflow="fold")
+    columns = ("what", "connector", "limit", "measured", "gate", "", "why")[: 7 if is_wide else 6]
+    rows = []
     for one in found:
         verdict = Text(one.verdict, style=_STYLES[one.verdict])
-        table.add_row(
-            one.exercise, one.label, one.limit, one.measured, one.gate, verdict, *([one.why] if is_wide else [])
-        )
+        row = (one.exercise, one.label, one.limit, one.measured, one.gate, verdict, one.why)
+        rows.append(row[: len(columns)])
+    table = listed(columns, rows, whole=_WHOLE)
     console.print(table if found else "no connector takes commands: nothing to exercise")
     for one in found:
         if one.why and not is_wide:

@@ -104,24 +104,18 @@ def _tell_json(shipment: Shipment, level: LadderLevel, found: list[RuleFinding])
 
 
 def _show(out: Console, shipment: Shipment, level: LadderLevel, found: list[RuleFinding], *, with_traces: bool) -> None:
-    from rich.table import Table
     from rich.text import Text
 
-    from mosaic_core.ladder.climb import reached
+    from mosaic_core.cli.terminal.rich_table import listed
+    from mosaic_core.ladder.climb import RULES, reached
 
     subjects = list(dict.fromkeys(one.subject for one in found))
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for name in ("rule", "level", *subjects):
-        table.add_column(name, no_wrap=name not in subjects, overflow="fold")
-    by_rule: dict[str, dict[str, RuleFinding]] = {}
-    for one in found:
-        by_rule.setdefault(one.rule.name, {})[one.subject] = one
-    for name, row in sorted(by_rule.items(), key=lambda item: _order(next(iter(item[1].values())))):
-        rule = next(iter(row.values())).rule
-        verdicts = [row[subject].verdict if subject in row else "" for subject in subjects]
-        cells = [Text(verdict, _STYLES.get(verdict, "")) for verdict in verdicts]
-        table.add_row(name, rule.level, *cells)
-    out.print(table)
+    verdicts = {(one.rule.name, one.subject): one.verdict for one in found}
+    asked, rows = {one.rule for one in found}, []
+    for rule in (one for one in RULES if one in asked):
+        its = [verdicts.get((rule.name, subject), "") for subject in subjects]
+        rows.append((rule.name, rule.level, *(Text(verdict, _STYLES.get(verdict, "")) for verdict in its)))
+    out.print(listed(("rule", "level", *subjects), rows, whole=("rule", "level")))
     for alike in _told_once(found):
         _explain(out, alike, with_traces=with_traces)
     _tell_unjudged(out, found)
@@ -147,12 +141,6 @@ def _tell_unjudged(out: Console, found: list[RuleFinding]) -> None:
             rules.setdefault((one.subject, one.why_not), []).append(one.rule.name)
     for (subject, why_not), names in rules.items():
         out.print(Text(f"\n{subject}: {why_not}; not judged: {', '.join(names)}", "yellow"))
-
-
-def _order(one: RuleFinding) -> int:
-    from mosaic_core.ladder.climb import RULES
-
-    return RULES.index(one.rule)
 
 
 def _told_once(found: list[RuleFinding]) -> list[list[RuleFinding]]:

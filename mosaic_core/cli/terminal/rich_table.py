@@ -55,11 +55,7 @@ def show(
 
 def print_fields(heading: str, rows: Iterable[Sequence[str]], *, third: str = "default") -> None:
     """A table of fields: each ``(name, type, default, unit, description)``. ``heading``: what has them."""
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for column in (heading, "type", third, "unit", "description"):
-        # Names are pasted into files: they are never cut or wrapped, descriptions may be.
-        table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
-    for row in rows:
-        table.add_row(*row)
+    whole = {heading, third, "unit"} - {"default"}
+    table = listed((heading, "type", third, "unit", "description"), rows, whole=whole)
     console(pipe_width=200).print(table)  # one row per line, for grep
     typer.echo()

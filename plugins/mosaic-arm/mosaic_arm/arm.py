@@ -11,11 +11,11 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from typing import Self
 
 from mosaic_arm.arm_joint import ArmJoint, ArmSnapshot
 from mosaic_arm.bus_session import BusSession
 from mosaic_core import DeviceGone, Keeper, Refused
+from mosaic_core.contract.devices.kept_device import KeptDevice
 
 HOLD_NEAR_RAD = 0.05
 """A joint this near to its goal has arrived: held where it is instead, it would sink a little at every stop."""
@@ -26,7 +26,7 @@ SILENCE = "safety.timeout"
 OPENING = DeviceGone("the arm is not open yet", "Wait a moment.")
 
 
-class Arm:
+class Arm(KeptDevice):
     """Keeps one arm. Enter it with the robot (``Shared``); entering never fails and never blocks.
 
     :meth:`aim`, :meth:`hold`, :meth:`standing_rad` and :attr:`snapshot` may be used from any thread and never wait for
@@ -63,6 +63,13 @@ class Arm:
     def snapshot(self) -> ArmSnapshot | None:
         """The last turn's; ``None`` while the bus is away."""
         return self._snapshot
+
+    def present(self) -> ArmSnapshot:
+        """The same. Raises :class:`Refused` (``plugin.no_device``) while the bus is away."""
+        snapshot = self._snapshot
+        if snapshot is None:
+            raise Refused("plugin.no_device", self._gone.message)
+        return snapshot
 
     @property
     def gone(self) -> DeviceGone:
@@ -101,8 +108,7 @@ class Arm:
         allows. ``strength_percent``: with so much of the torque allowed. Raises
         :class:`Refused` while the bus is away (``plugin.no_device``) or the motors are off (``arm.free``)."""
         with self._lock:
-            if self._snapshot is None:
-                raise Refused("plugin.no_device", self._gone.message)
+            self.present()
             if not self._wants_power:
                 raise Refused("arm.free")
             for name, angle_rad in angles_rad.items():
@@ -140,8 +146,7 @@ class Arm:
         """Let the motors go, or hold the arm where it is then. Takes effect in the next turn. Raises :class:`Refused`
         while the bus is away."""
         with self._lock:
-            if self._snapshot is None:
-                raise Refused("plugin.no_device", self._gone.message)
+            self.present()
             self._wants_power = on
             self._aimed_by.clear()
 
@@ -153,13 +158,6 @@ class Arm:
         return sent if is_there else present
 
     # -- the arm's thread ------------------------------------------------------------------------------------------
-
-    def __enter__(self) -> Self:
-        self.keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.keeper.stop()
 
     def turn(self) -> float:
         """Read and write once, or try to open the bus; the seconds until the next turn."""

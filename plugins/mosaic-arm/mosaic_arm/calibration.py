@@ -11,13 +11,15 @@ motor itself: the ticks of the range are those that it tells with this offset.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel, ValidationError, model_validator
 
 from mosaic_core.words.errors import MosaicError, nearest
+from mosaic_core.words.wire_model import told_mistakes
 
 TICKS_PER_TURN = 4096
 """Of Feetech's STS and SMS and of Dynamixel's X series alike: 12 bits a turn."""
@@ -45,15 +47,19 @@ class MotorCalibration(BaseModel):
         return self
 
 
+def check_motors(ids: Iterable[int]) -> None:
+    """Raises :class:`ValueError` where two joints have the same motor."""
+    twice = [motor for motor, joints in sorted(Counter(ids).items()) if joints > 1]
+    if twice:
+        raise ValueError(f"two joints have the motor {twice[0]}")
+
+
 class ArmCalibration(RootModel[dict[str, MotorCalibration]]):
     """All joints of one arm by their names."""
 
     @model_validator(mode="after")
     def _ids_are_unique(self) -> Self:
-        ids = [one.id for one in self.root.values()]
-        twice = sorted({one for one in ids if ids.count(one) > 1})
-        if twice:
-            raise ValueError(f"two joints have the motor {twice[0]}")
+        check_motors(one.id for one in self.root.values())
         return self
 
 
@@ -69,9 +75,7 @@ def read_calibration(path: Path, ids: Mapping[str, int]) -> dict[str, MotorCalib
     except OSError as error:
         raise _wrong(path, f"it can't be read: {error.strerror}", cure) from None
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(map(str, first["loc"]))
-        raise _wrong(path, f"{place}: {first['msg']}" if place else first["msg"], cure) from None
+        raise _wrong(path, told_mistakes(error, 1), cure) from None
     except ValueError as error:
         raise _wrong(path, str(error), cure) from None
     for name, motor in ids.items():

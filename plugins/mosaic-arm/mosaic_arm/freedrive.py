@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
-
 from pydantic import Field
 
-from mosaic_arm.joints import RESOURCE, TRIAL
+from mosaic_arm.arm_configurer import ArmConfigurer
+from mosaic_arm.joints import RESOURCE
 from mosaic_arm.params import PartParams
-from mosaic_arm.shared_arm import KeptArm, shared_arm
-from mosaic_core import DataChannelConfigurer, Message, Refused, Request, RequestHandler
+from mosaic_arm.shared_arm import KeptArm
+from mosaic_core import Message, Refused, Request, RequestHandler
 
 
 class Freedrive(Message):
@@ -46,12 +45,10 @@ class ArmFreedrive(RequestHandler[Freedrive, FreedriveAnswer]):
         return FreedriveAnswer(motors_off=question.motors_off, message=message)
 
 
-class ArmFreedriveConfigurer(DataChannelConfigurer[PartParams]):
+class ArmFreedriveConfigurer(ArmConfigurer[PartParams]):
     """Switches the motors of an arm off, to move it by hand, and on again."""
 
     connector_type = "arm-freedrive"
-    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmFreedrive:
-        return ArmFreedrive(self.label, shared_arm(self.params.arm, self.shared))
+        return ArmFreedrive(self.label, self.arm)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from mosaic_arm.arm_configurer import ArmConfigurer
 from mosaic_arm.arm_joint import ArmJoint
-from mosaic_arm.joints import RESOURCE, TIMEOUT_S, TRIAL
+from mosaic_arm.joints import RESOURCE, TIMEOUT_S
 from mosaic_arm.params import PartParams
-from mosaic_arm.shared_arm import KeptArm, shared_arm
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds
+from mosaic_arm.shared_arm import KeptArm
+from mosaic_core import DataChannelReceivable, Delivery, FieldBounds
 from mosaic_core.messages import GripperTarget
 from mosaic_core.words.errors import MosaicError
 
@@ -48,15 +49,13 @@ class ArmGripper(DataChannelReceivable[GripperTarget]):
         self._arm.make_safe(cause, self)
 
 
-class ArmGripperConfigurer(DataChannelConfigurer[PartParams]):
+class ArmGripperConfigurer(ArmConfigurer[PartParams]):
     """Opens and closes the gripper of an arm of serial servos."""
 
     connector_type = "arm-gripper"
-    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmGripper:
-        arm = shared_arm(self.params.arm, self.shared)
+        arm = self.arm
         if arm.params.gripper is None:
             cure = "Name the joint that it is: gripper: gripper."
             raise MosaicError(f"this arm has no gripper. {cure}", code="config.invalid", cure=cure)

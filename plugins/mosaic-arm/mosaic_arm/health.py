@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from mosaic_arm.arm import Arm
+from mosaic_arm.arm_configurer import ArmConfigurer
 from mosaic_arm.arm_joint import ArmSnapshot
-from mosaic_arm.joints import TRIAL
 from mosaic_arm.params import PartParams
 from mosaic_arm.servos.bus import MotorReading
-from mosaic_arm.shared_arm import shared_arm
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery
+from mosaic_core import DataChannelSendable, Delivery
 from mosaic_core.messages import Diagnostic, wall_time_us
 
 Level = Literal["ok", "warn", "error"]
@@ -73,12 +72,10 @@ def figures(motor: MotorReading) -> str:
     return f"{motor.temperature_c:.0f} °C, {motor.load_percent:.0f} %, {motor.voltage_v:.1f} V"
 
 
-class ArmHealthConfigurer(DataChannelConfigurer[ArmHealthParams]):
+class ArmHealthConfigurer(ArmConfigurer[ArmHealthParams]):
     """Tells when motors of an arm are hot, overloaded or silent."""
 
     connector_type = "arm-health"
-    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmHealth:
-        return ArmHealth(self.label, shared_arm(self.params.arm, self.shared), self.params)
+        return ArmHealth(self.label, self.arm, self.params)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from mosaic_arm.arm_configurer import ArmConfigurer
 from mosaic_arm.params import PartParams
-from mosaic_arm.shared_arm import KeptArm, shared_arm
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, FieldBounds
+from mosaic_arm.shared_arm import KeptArm
+from mosaic_core import DataChannelReceivable, Delivery, FieldBounds
 from mosaic_core.messages import JointTarget
 
 TIMEOUT_S = 0.3
 """Silence after which the arm stands, as a base does. A page says its target again until the arm is there, or nobody
 looks any more."""
-TRIAL: dict[str, Any] = {"arm": {"bus": "fake", "port": "trial"}}
-"""An arm that runs on any machine."""
 RESOURCE = "arm"
 """Whose lease moves an arm: one person may drive the base while another one grips."""
 
@@ -48,12 +47,10 @@ class ArmJoints(DataChannelReceivable[JointTarget]):
         self._arm.make_safe(cause, self)
 
 
-class ArmJointsConfigurer(DataChannelConfigurer[PartParams]):
+class ArmJointsConfigurer(ArmConfigurer[PartParams]):
     """Moves the joints of an arm of serial servos; it stands still on silence and when the operator leaves."""
 
     connector_type = "arm-joints"
-    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmJoints:
-        return ArmJoints(self.label, shared_arm(self.params.arm, self.shared))
+        return ArmJoints(self.label, self.arm)

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from mosaic_arm.calibration import MotorCalibration, read_calibration
+from mosaic_arm.calibration import MotorCalibration, check_motors, read_calibration
 from mosaic_arm.joint_scale import UNCALIBRATED, JointScale
 from mosaic_core import Params
 from mosaic_core.contract.params import unit
@@ -64,10 +64,7 @@ class ArmParams(Params):
 
     @model_validator(mode="after")
     def _names_fit(self) -> Self:
-        ids = [one.id for one in self.joints.values()]
-        twice = sorted({one for one in ids if ids.count(one) > 1})
-        if twice:
-            raise ValueError(f"two joints have the motor {twice[0]}")
+        check_motors(one.id for one in self.joints.values())
         if self.gripper is not None and self.gripper not in self.joints:
             hint = hint_at(self.gripper, self.joints)
             raise ValueError(f"gripper is no joint: '{self.gripper}'{hint} There are {', '.join(self.joints)}, or null")

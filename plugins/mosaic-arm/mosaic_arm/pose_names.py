@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
 
 from pydantic import Field
 
-from mosaic_arm.joints import TRIAL
+from mosaic_arm.arm_configurer import ArmConfigurer
 from mosaic_arm.params import PartParams
-from mosaic_arm.shared_arm import KeptArm, shared_arm
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message
+from mosaic_arm.shared_arm import KeptArm
+from mosaic_core import DataChannelSendable, Message
 
 PERIOD_S = 0.5
 """How soon a pose that was saved is listed."""
@@ -38,12 +37,10 @@ class ArmPoseNames(DataChannelSendable[PoseNames]):
                 yield PoseNames(names=names)
 
 
-class ArmPoseNamesConfigurer(DataChannelConfigurer[PartParams]):
+class ArmPoseNamesConfigurer(ArmConfigurer[PartParams]):
     """Tells which poses an arm has, to everybody."""
 
     connector_type = "arm-pose-names"
-    example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmPoseNames:
-        return ArmPoseNames(self.label, shared_arm(self.params.arm, self.shared))
+        return ArmPoseNames(self.label, self.arm)

@@ -9,11 +9,12 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from mosaic_arm.joints import RESOURCE, TRIAL
+from mosaic_arm.arm_configurer import ArmConfigurer
+from mosaic_arm.joints import RESOURCE
 from mosaic_arm.params import JointName, PartParams
 from mosaic_arm.pose_file import ArmPose, PoseBook, PoseName
-from mosaic_arm.shared_arm import KeptArm, shared_arm
-from mosaic_core import DataChannelConfigurer, Message, Refused, Request, RequestHandler
+from mosaic_arm.shared_arm import KeptArm
+from mosaic_core import Message, Refused, Request, RequestHandler
 from mosaic_core.contract.params import unit
 from mosaic_core.words.errors import ConfigError, Problem, guess, hint_at
 
@@ -77,10 +78,8 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
         return PoseAnswer(names=self._book.names(), off_by_rad=off_by_rad)
 
     def _save(self, name: str) -> None:
-        snapshot = self._arm.snapshot
-        if snapshot is None:
-            raise Refused("plugin.no_device", self._arm.gone.message)
-        self._book.save(name, {joint: round(angle, 5) for joint, angle in snapshot.angles_rad.items()})
+        angles_rad = self._arm.present().angles_rad
+        self._book.save(name, {joint: round(angle, 5) for joint, angle in angles_rad.items()})
 
     def _go(self, name: str, speed_share: float, request: Request) -> float:
         pose = self._book.pose(name)
@@ -125,7 +124,8 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
     def _settled(self, goal: ArmPose, request: Request) -> float:
         ends_at_s = self.monotonic_s() + SETTLE_S
         while True:
-            off_by_rad = max((abs(self._present(one) - angle) for one, angle in goal.items()), default=0.0)
+            present = self._arm.present().angles_rad
+            off_by_rad = max((abs(present[one] - angle) for one, angle in goal.items()), default=0.0)
             if off_by_rad <= THERE_RAD:
                 return round(off_by_rad, 4)
             if self.monotonic_s() >= ends_at_s:
@@ -134,24 +134,17 @@ class ArmPoses(RequestHandler[PoseQuestion, PoseAnswer]):
                 self._arm.hold()
                 raise Refused("request.cancelled")
 
-    def _present(self, joint: str) -> float:
-        snapshot = self._arm.snapshot
-        if snapshot is None:
-            raise Refused("plugin.no_device", self._arm.gone.message)
-        return snapshot.angles_rad[joint]
 
-
-class ArmPosesConfigurer(DataChannelConfigurer[PoseParams]):
+class ArmPosesConfigurer(ArmConfigurer[PoseParams]):
     """Moves an arm to poses that have names, and saves where it is."""
 
     connector_type = "arm-poses"
     example: ClassVar[dict[str, Any] | None] = {
         "arm": {"port": "/dev/ttyACM0"}, "poses": {"rest": {"shoulder_lift": -1.5, "elbow_flex": 1.5}},
     }  # fmt: skip
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmPoses:
-        arm = shared_arm(self.params.arm, self.shared)
+        arm = self.arm
         book = PoseBook(self.params.poses, Path(self.params.file) if self.params.file else None)
         strange = [*_strange_joints(book, list(arm.joints))]
         if strange:

@@ -8,11 +8,10 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from mosaic_arm.arm import Arm
+from mosaic_arm.arm_configurer import ArmConfigurer
 from mosaic_arm.arm_joint import ArmSnapshot
-from mosaic_arm.joints import TRIAL
 from mosaic_arm.params import PartParams
-from mosaic_arm.shared_arm import shared_arm
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery
+from mosaic_core import DataChannelSendable, Delivery
 from mosaic_core.messages import JointState
 
 
@@ -50,12 +49,11 @@ def joint_state(snapshot: ArmSnapshot) -> JointState:
     )
 
 
-class ArmStateConfigurer(DataChannelConfigurer[ArmStateParams]):
+class ArmStateConfigurer(ArmConfigurer[ArmStateParams]):
     """Sends the angles and speeds of an arm's joints."""
 
     connector_type = "arm-state"
     example: ClassVar[dict[str, Any] | None] = {"arm": {"port": "/dev/ttyACM0"}, "rate_hz": 20}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> ArmState:
-        return ArmState(self.label, shared_arm(self.params.arm, self.shared), self.params.rate_hz)
+        return ArmState(self.label, self.arm, self.params.rate_hz)

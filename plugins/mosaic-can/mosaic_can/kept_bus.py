@@ -11,7 +11,6 @@ import logging
 import re
 import threading
 from collections.abc import Callable
-from typing import Self
 
 import can
 
@@ -20,6 +19,7 @@ from mosaic_can.listener import CanListener, Wanted
 from mosaic_can.opening import SEND_TIMEOUT_S, OpenBus, opened_bus
 from mosaic_can.params import CanBusParams
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.kept_device import KeptDevice
 from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.words.errors import DeviceGone, Refused
@@ -38,7 +38,7 @@ _LOST = (can.CanError, OSError, ValueError)
 """What python-can raises where a bus can't be opened or is lost; ValueError for an adapter's words."""
 
 
-class KeptCanBus:
+class KeptCanBus(KeptDevice):
     """One bus. Its keeper says whether it is away."""
 
     def __init__(self, params: CanBusParams, opens: Opens = opened_bus) -> None:
@@ -99,13 +99,6 @@ class KeptCanBus:
             raise Refused("plugin.no_device", message) from error
 
     # -- the bus's own thread ----------------------------------------------------------------------------------------
-
-    def __enter__(self) -> Self:
-        self.keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.keeper.stop()
 
     def _turn(self) -> float:
         self.open()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
@@ -15,13 +14,11 @@ from mosaic_can.params import CanBusParams
 from mosaic_can.signal_fields import field_names, read_field
 from mosaic_can.signal_reader import SignalReader
 from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.devices.refused_input import RefusedInput
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.made_message import MadeField, made_message, with_message
 from mosaic_core.contract.params import Message, Params
-from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.data_type import Delivery
-
-_log = logging.getLogger(__name__)
 
 
 class CanSignalsParams(Params):
@@ -49,7 +46,7 @@ class CanSignals(DataChannelSendable[Any]):
         self._bus = bus
         self._reader = SignalReader(messages, params.stale_s)
         self._listener = bus.listener(self._wants)
-        self._complaints = ComplaintPace()
+        self._refusals = RefusedInput(self)
 
     def _wants(self, frame: can.Message) -> bool:
         """With names others are not its own; without any, what is unknown is worth to be told."""
@@ -67,11 +64,8 @@ class CanSignals(DataChannelSendable[Any]):
         frames, dropped = self._listener.take()
         if dropped:
             self.count_loss("dropped", dropped)
-        now_s = self.monotonic_s()
-        for why in self._reader.feed(frames, now_s):
-            self.count_loss("refused")
-            if self._complaints.is_due("refused", now_s):
-                _log.warning("%s: refused a frame of %s: %s", self.label, self._params.bus.name, why)
+        for why in self._reader.feed(frames, self.monotonic_s()):
+            self._refusals.add(f"a frame of {self._params.bus.name}", why)
 
 
 def signals_message(messages: Mapping[str, Described]) -> type[Message]:

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import logging
 import threading
-from typing import Any, Self
+from typing import Any
 
 from mosaic_cmdvel.drive import Drive
 from mosaic_core.contract.devices.keeper import RETRY, Keeper
+from mosaic_core.contract.devices.kept_device import KeptDevice
 from mosaic_core.contract.handler import Refused
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.messages import Twist
@@ -23,7 +24,7 @@ from mosaic_core.words.errors import DeviceGone
 _log = logging.getLogger(__name__)
 
 
-class KeptDrive:
+class KeptDrive(KeptDevice):
     """Keeps a drive and opens its device again after a failure. Enter it with the robot (``Shared``); entering never
     fails and never blocks."""
 
@@ -44,13 +45,6 @@ class KeptDrive:
         """Block until commands are taken; ``False`` when that took too long."""
         with self._changed:
             return self._changed.wait_for(lambda: self._is_open, timeout_s)
-
-    def __enter__(self) -> Self:
-        self.keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.keeper.stop()
 
     def apply(self, twist: Twist) -> None:
         """Hand ``twist`` to the drive. Receiver's thread, one at a time.

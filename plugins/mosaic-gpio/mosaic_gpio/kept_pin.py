@@ -5,16 +5,17 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any
 
 from mosaic_core import DeviceGone, Keeper
 from mosaic_core.contract.devices.keeper import RETRY
+from mosaic_core.contract.devices.kept_device import KeptDevice
 from mosaic_gpio.factories import PinParams, opening
 
 _log = logging.getLogger(__name__)
 
 
-class KeptPin:
+class KeptPin(KeptDevice):
     """One device of gpiozero. Enter it with the robot (``Shared``); entering never fails and never blocks.
 
     :meth:`write` and :attr:`value` may be used from any thread; they take as long as one write to the pin.
@@ -55,13 +56,6 @@ class KeptPin:
                 self._device = None
                 self._opened.clear()
                 raise
-
-    def __enter__(self) -> Self:
-        self.keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.keeper.stop()
 
     def _turn(self) -> float:
         """Open it and wait until it is lost, or the robot ends."""

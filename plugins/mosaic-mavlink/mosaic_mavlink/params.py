@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, Field, SecretStr
 
 from mosaic_core.contract.params import Params
 from mosaic_mavlink.link.address import SPELLINGS, link_address
 from mosaic_mavlink.link.codec import Dialect
-
-EXAMPLE: dict[str, Any] = {"url": "udpin:127.0.0.1:14550"}
-TRIAL: dict[str, Any] = {"url": "fake:"}
 
 
 def _spelt(url: str) -> str:

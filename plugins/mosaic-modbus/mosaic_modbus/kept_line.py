@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Protocol, Self, TypeVar
+from typing import Protocol, TypeVar
 
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.kept_device import KeptDevice
 from mosaic_core.contract.devices.shared import Shared
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.words.errors import DeviceGone
@@ -47,7 +48,7 @@ def port_of(params: ModbusLineParams) -> ModbusPort:
     return FakeModbusPort() if params.source == FAKE else PymodbusPort(params)
 
 
-class KeptLine:
+class KeptLine(KeptDevice):
     """One line. Its keeper says whether it is away."""
 
     def __init__(self, params: ModbusLineParams, opens: Opens = port_of) -> None:
@@ -131,13 +132,6 @@ class KeptLine:
         self.keeper.wake()
 
     # -- the line's own thread ---------------------------------------------------------------------------------------
-
-    def __enter__(self) -> Self:
-        self.keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.keeper.stop()
 
     def _turn(self) -> float | None:
         if not self.is_open:

@@ -10,6 +10,7 @@ from pydantic import Field, SecretStr, ValidationError, field_validator, model_v
 from mosaic_core.contract.described_message import CommandField, message_of
 from mosaic_core.contract.made_message import check_names
 from mosaic_core.contract.params import Params
+from mosaic_core.words.wire_model import told_mistakes
 
 FAKE = "fake"
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
@@ -150,5 +151,4 @@ class PublishParams(BrokerParams):
         try:
             return message_of("Safe", self.fields).model_validate(safe).model_dump(mode="json")
         except ValidationError as error:
-            told = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors()[:3])
-            raise ValueError(f"safe: {told}") from None
+            raise ValueError(f"safe: {told_mistakes(error)}") from None

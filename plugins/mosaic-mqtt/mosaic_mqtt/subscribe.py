@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.devices.refused_input import RefusedInput
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message
-from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.wire_model import parsed_value
 from mosaic_mqtt.fake_subscription import FakeSubscription
 from mosaic_mqtt.params import FAKE, SubscribeParams
 from mosaic_mqtt.subscription import BrokerMessage, BrokerSubscription
 
-_log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 
@@ -37,7 +35,7 @@ class _MqttSubscriber(DataChannelSendable[T]):
         self.params = params
 
     def _received(self, read: Callable[[BrokerMessage], T]) -> Iterator[T]:
-        complaints = ComplaintPace()
+        refusals = RefusedInput(self)
         with self._subscription() as subscription:
             while not self.is_stopping:
                 received = subscription.next()
@@ -46,11 +44,9 @@ class _MqttSubscriber(DataChannelSendable[T]):
                 try:
                     message = read(received)
                 except ValueError as error:
-                    self.count_loss("refused")
-                    if complaints.is_due("refused", self.monotonic_s()):
-                        _log.warning("%s: refused a message of %r: %s", self.label, received.topic, error)
-                    continue
-                yield message
+                    refusals.add(f"a message of {received.topic!r}", error)
+                else:
+                    yield message
 
     def _subscription(self) -> BrokerSubscription | FakeSubscription:
         if self.params.broker == FAKE:

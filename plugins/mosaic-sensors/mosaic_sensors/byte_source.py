@@ -7,10 +7,11 @@ import errno
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Annotated, Protocol, TypeAlias
 from urllib.parse import urlsplit
 
 import serial
+from pydantic import AfterValidator
 
 READ_TIMEOUT_S = 0.2
 """Longest read without data; a handler has 1.5 s to stop."""
@@ -117,8 +118,7 @@ def is_serial(source: str) -> bool:
     return source.startswith(("/dev/", "COM"))
 
 
-def live_source(source: str) -> str:
-    """``source`` itself, if it names something that can be opened. Raises :class:`ValueError` that says what could."""
+def _live_source(source: str) -> str:
     if is_tcp(source):
         tcp_address(source)
     elif not is_serial(source) and source != FAKE:
@@ -126,10 +126,22 @@ def live_source(source: str) -> str:
     return source
 
 
+LiveSource: TypeAlias = Annotated[str, AfterValidator(_live_source)]
+"""Names something that can be opened."""
+
+
+def baud_doubt(source: str, baud: int) -> str:
+    """The end of a complaint about what a serial port says, or does not say."""
+    return f"; is {baud} the right baud rate?" if is_serial(source) else ""
+
+
 @contextmanager
-def opened(source: str, baud: int) -> Iterator[ByteSource]:
-    """The open source. Raises :class:`OSError` (:class:`serial.SerialException` is one) if it can't be opened."""
-    if is_tcp(source):
+def opened(source: str, baud: int, fake: Callable[[], ByteSource] | None = None) -> Iterator[ByteSource]:
+    """The open source; ``fake`` makes the one that is made up. Raises :class:`OSError` (:class:`serial.SerialException`
+    is one) if it can't be opened."""
+    if source == FAKE and fake is not None:
+        yield fake()
+    elif is_tcp(source):
         with socket.create_connection(tcp_address(source), timeout=CONNECT_TIMEOUT_S) as connection:
             connection.settimeout(READ_TIMEOUT_S)
             yield TcpSource(connection)

@@ -16,7 +16,7 @@ from mosaic_core.contract.params import Params, unit
 from mosaic_core.messages import GpsFix, wall_time_us
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import DeviceGone
-from mosaic_sensors.byte_source import is_serial, is_tcp, opened, tcp_address
+from mosaic_sensors.byte_source import baud_doubt, is_serial, is_tcp, opened, tcp_address
 from mosaic_sensors.lines import Lines
 from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
 from mosaic_sensors.nmea_stream import Pace
@@ -102,11 +102,8 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
                         heard_at_s = self.monotonic_s()
                     yield sentence
                 if self.monotonic_s() - heard_at_s > self.params.silence_s:
-                    raise TimeoutError(f"no NMEA sentence for {self.params.silence_s:g} s{self._hint}")
-
-    @property
-    def _hint(self) -> str:
-        return f"; is {self.params.baud} the right baud rate?" if is_serial(self.params.source) else ""
+                    doubt = baud_doubt(self.params.source, self.params.baud)
+                    raise TimeoutError(f"no NMEA sentence for {self.params.silence_s:g} s{doubt}")
 
     def _recorded(self) -> Generator[Any, None, None]:
         while True:

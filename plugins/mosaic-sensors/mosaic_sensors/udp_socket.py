@@ -12,6 +12,7 @@ import sys
 from typing import Self, TypeAlias
 from urllib.parse import urlsplit
 
+from mosaic_core.contract.devices.refused_input import RefusedInput
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.errors import DeviceGone
@@ -59,7 +60,8 @@ class Datagrams:
         self._handler = handler
         self._listens_at = listens_at
         self._max_bytes = max_bytes
-        self._complaints = ComplaintPace()
+        self._refusals = RefusedInput(handler)
+        self._overflows = ComplaintPace()
         self._socket: socket.socket | None = None
         self._received = 0
         self._overflowed = 0
@@ -96,9 +98,7 @@ class Datagrams:
 
     def refuse(self, sender: Address, error: ValueError) -> None:
         """The datagram can't be used: counted each time, logged once in a while."""
-        self._handler.count_loss("refused")
-        if self._complaints.is_due("refused", self._handler.monotonic_s()):
-            _log.warning("%s: refused a datagram of %s:%s: %s", self._handler.label, *sender, error)
+        self._refusals.add(f"a datagram of {sender[0]}:{sender[1]}", error)
 
     def _count_overflow(self, receiver: socket.socket) -> None:
         overflowed = _overflowed(receiver)
@@ -106,7 +106,7 @@ class Datagrams:
             return
         self._handler.count_loss("dropped", (overflowed - self._overflowed) % (1 << 32))
         self._overflowed = overflowed
-        if self._complaints.is_due("overflow", self._handler.monotonic_s()):
+        if self._overflows.is_due("overflow", self._handler.monotonic_s()):
             _log.warning(
                 "%s: datagrams come faster than they are read; %d are lost so far", self._handler.label, overflowed
             )

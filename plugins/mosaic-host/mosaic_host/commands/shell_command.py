@@ -16,6 +16,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.params import Message, unit
 from mosaic_core.contract.request_handler import Request, RequestHandler
+from mosaic_core.words.wire_model import told_mistakes
 from mosaic_host.commands.output import KeptOutput
 from mosaic_host.commands.params import AllowedCommand, ShellCommandParams
 from mosaic_host.running_program import GRACE_S, LOOK_S, RunningProgram
@@ -64,9 +65,7 @@ class Runnable:
         try:
             return self.command.filled(self.model.model_validate(arguments))
         except ValidationError as error:
-            mistakes = error.errors(include_input=False, include_url=False)[:3]
-            told = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in mistakes)
-            raise Refused("channel.invalid", told[:512]) from None
+            raise Refused("channel.invalid", told_mistakes(error)[:512]) from None
 
 
 class ShellCommand(RequestHandler[Q, CommandResult], Generic[Q]):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from typing import Literal
 
+from mosaic_core.contract.devices.refused_input import RefusedInput
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.timing.pacing import ComplaintPace, TokenBucket
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.messages import Log
 
 Level = Literal["debug", "info", "warn", "error", "fatal"]
@@ -22,7 +22,6 @@ _LEVELS: dict[str, Level] = {
     "TRACE": "debug", "DEBUG": "debug", "INFO": "info", "NOTICE": "info", "WARN": "warn", "WARNING": "warn",
     "ERROR": "error", "ERR": "error", "CRITICAL": "fatal", "FATAL": "fatal", "PANIC": "fatal",
 }  # fmt: skip
-_log = logging.getLogger(__name__)
 
 
 def readable(raw: bytes) -> str:
@@ -43,7 +42,7 @@ class LogPace:
     def __init__(self, handler: Handler, max_rate_hz: float) -> None:
         self._handler = handler
         self._bucket = TokenBucket.of_rate(max_rate_hz)
-        self._complaints = ComplaintPace()
+        self._refusals = RefusedInput(handler)
 
     def admits(self, message: Log) -> bool:
         """Whether it goes out."""
@@ -54,6 +53,4 @@ class LogPace:
 
     def refuse(self, why: object, lines: int = 1) -> None:
         """Lines can't be used: counted each time, logged once in a while."""
-        self._handler.count_loss("refused", lines)
-        if self._complaints.is_due("refused", self._handler.monotonic_s()):
-            _log.warning("%s: refused a line: %s", self._handler.label, why)
+        self._refusals.add("a line", why, lines)

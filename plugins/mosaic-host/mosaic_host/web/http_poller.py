@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import AsyncGenerator
 from typing import Annotated, Any, ClassVar
@@ -12,17 +11,17 @@ from pydantic import Field, StringConstraints, ValidationError, field_validator,
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.described_message import DescribedField, message_of
+from mosaic_core.contract.devices.refused_input import RefusedInput
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.made_message import check_names, with_message
 from mosaic_core.contract.params import Message, Params
-from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.wire_model import told_mistakes
 from mosaic_host.web.json_body import JsonPage
 from mosaic_host.web.pointer import MAX_POINTER, checked_pointer, part_of
 
 FAKE = "fake"
 MAX_FIELDS = 64
-_log = logging.getLogger(__name__)
 HeaderText = Annotated[str, StringConstraints(max_length=4096, pattern=r"^[\x20-\x7e]*$")]
 HeaderName = Annotated[str, StringConstraints(max_length=64, pattern=r"^[A-Za-z0-9-]+$")]
 
@@ -86,7 +85,7 @@ class HttpPoller(DataChannelSendable[Any]):
         super().__init__(label)
         self.params = params
         self._model = model
-        self._complaints = ComplaintPace()
+        self._refusals = RefusedInput(self)
 
     async def messages(self) -> AsyncGenerator[Any, None]:
         """Raises :class:`DeviceGone`."""
@@ -101,7 +100,8 @@ class HttpPoller(DataChannelSendable[Any]):
                 try:
                     message = self._message(await page.ask(client))
                 except (ValueError, LookupError) as error:
-                    self._refuse(page.shown, error)
+                    why = told_mistakes(error, 1) if isinstance(error, ValidationError) else error
+                    self._refusals.add(f"an answer of {page.shown}", why)
                 else:
                     yield message
 
@@ -113,13 +113,6 @@ class HttpPoller(DataChannelSendable[Any]):
             return part
         pointers = {key: f"/{key}" if one.pointer is None else one.pointer for key, one in self.params.fields.items()}
         return self._model.model_validate({key: part_of(part, pointer) for key, pointer in pointers.items()})
-
-    def _refuse(self, page: str, error: Exception) -> None:
-        self.count_loss("refused")
-        if self._complaints.is_due("refused", self.monotonic_s()):
-            why = error.errors()[0] if isinstance(error, ValidationError) else None
-            told = error if why is None else f"{'.'.join(map(str, why['loc']))}: {why['msg']}"
-            _log.warning("%s: refused an answer of %s: %s", self.label, page, told)
 
 
 def _made_up(params: HttpPollerParams, tick: int) -> Any:

@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 
 from pydantic import Field, field_validator
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.params import Message, unit
@@ -17,7 +16,7 @@ from mosaic_mavlink.control.loss import LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import VehicleClass, stick_modes
 from mosaic_mavlink.link.outgoing import OutgoingMessage
-from mosaic_mavlink.params import EXAMPLE, TRIAL
+from mosaic_mavlink.link.vehicle_configurer import EXAMPLE, VehicleConfigurer
 
 FULL = 1000
 CENTRE = 500
@@ -100,14 +99,13 @@ class MavlinkManual(DataChannelReceivable[ManualControl]):
             self.make_safe("safety.peer_left")
 
 
-class MavlinkManualConfigurer(DataChannelConfigurer[MotionParams]):
+class MavlinkManualConfigurer(VehicleConfigurer[MotionParams]):
     """Moves the sticks of an ArduPilot or PX4 vehicle; on loss they are centred, then it holds, returns or lands."""
 
     connector_type = "mavlink-manual"
     safety_model = MavlinkManualSafety
     example: ClassVar[dict[str, Any] | None] = {**EXAMPLE, "on_loss": "hold"}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkManual:
         safety = MavlinkManualSafety.model_validate(self.safety.model_dump())
-        return MavlinkManual(self.label, VehicleContact.of(self.shared, self.params), self.params, safety)
+        return MavlinkManual(self.label, self.contact, self.params, safety)

@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 from pydantic import Field, field_validator
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.messages import STANDSTILL, Twist
@@ -19,7 +18,7 @@ from mosaic_mavlink.control.loss import LossGuard, MotionParams, not_kept
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import follows_velocities, guided_mode
 from mosaic_mavlink.link.outgoing import OutgoingMessage
-from mosaic_mavlink.params import EXAMPLE, TRIAL
+from mosaic_mavlink.link.vehicle_configurer import EXAMPLE, VehicleConfigurer
 from mosaic_mavlink.telemetry.frames import flu_of_frd
 
 HORIZONTAL = ("linear.x", "linear.y")
@@ -109,14 +108,13 @@ class MavlinkVelocity(DataChannelReceivable[Twist]):
             self._guard.make_safe(STILL, "safety.peer_left")
 
 
-class MavlinkVelocityConfigurer(DataChannelConfigurer[MotionParams]):
+class MavlinkVelocityConfigurer(VehicleConfigurer[MotionParams]):
     """Moves an ArduPilot or PX4 vehicle by velocities; on loss it stands still, then holds, returns or lands."""
 
     connector_type = "mavlink-velocity"
     safety_model = MavlinkVelocitySafety
     example: ClassVar[dict[str, Any] | None] = {**EXAMPLE, "on_loss": "hold"}
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkVelocity:
         safety = MavlinkVelocitySafety.model_validate(self.safety.model_dump())
-        return MavlinkVelocity(self.label, VehicleContact.of(self.shared, self.params), self.params, safety)
+        return MavlinkVelocity(self.label, self.contact, self.params, safety)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import Refused
 from mosaic_core.contract.params import Message
 from mosaic_core.contract.request_handler import Request, RequestHandler
@@ -19,7 +18,8 @@ from mosaic_mavlink.control.velocity import STILL
 from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import action_mode, guided_mode, mode_order, modes_of
 from mosaic_mavlink.link.vehicle import VehicleFacts
-from mosaic_mavlink.params import EXAMPLE, TRIAL, VehicleParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import VehicleParams
 from mosaic_mavlink.requests.command_words import CommandConversation
 from mosaic_mavlink.requests.converse import conversed
 
@@ -152,14 +152,12 @@ class MavlinkCommand(RequestHandler[VehicleCommand, CommandDone]):
         return (0.0, 0.0, 0.0, NO_NUMBER, NO_NUMBER, NO_NUMBER, sea_m)
 
 
-class MavlinkCommandConfigurer(DataChannelConfigurer[VehicleParams]):
+class MavlinkCommandConfigurer(VehicleConfigurer[VehicleParams]):
     """Arms, disarms, takes off, lands and changes the mode of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-command"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkCommand:
-        contact = VehicleContact.of(self.shared, self.params)
+        contact = self.contact
         contact.vehicle.rates.want("GLOBAL_POSITION_INT", 0.5)  # PX4 takes off to a height above the sea
         return MavlinkCommand(self.label, contact)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, field_validator
 from pymavlink.dialects.v20 import ardupilotmega as words
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import Message, unit
 from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_core.words.errors import hint_at
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.params import EXAMPLE, TRIAL, VehicleParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import VehicleParams
 from mosaic_mavlink.requests.converse import conversed
 from mosaic_mavlink.requests.mission_words import (
     MAX_ITEMS,
@@ -141,12 +141,10 @@ def item_of(step: MissionStep) -> MissionItem:
     )
 
 
-class MavlinkMissionConfigurer(DataChannelConfigurer[VehicleParams]):
+class MavlinkMissionConfigurer(VehicleConfigurer[VehicleParams]):
     """The mission of an ArduPilot or PX4 vehicle: upload, download, clear."""
 
     connector_type = "mavlink-mission"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkMission:
-        return MavlinkMission(self.label, VehicleContact.of(self.shared, self.params))
+        return MavlinkMission(self.label, self.contact)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import Message, unit
 from mosaic_core.contract.request_handler import Request, RequestHandler
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.params import EXAMPLE, TRIAL, VehicleParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import VehicleParams
 from mosaic_mavlink.requests.conversation import Conversation
 from mosaic_mavlink.requests.converse import conversed
 from mosaic_mavlink.requests.parameter_words import (
@@ -88,12 +88,10 @@ def _conversation(question: ParameterQuestion, *, bytewise: bool) -> Conversatio
             return ListParameters(bytewise=bytewise)
 
 
-class MavlinkParametersConfigurer(DataChannelConfigurer[VehicleParams]):
+class MavlinkParametersConfigurer(VehicleConfigurer[VehicleParams]):
     """The parameters of an ArduPilot or PX4 vehicle: get, set and list."""
 
     connector_type = "mavlink-parameters"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkParameters:
-        return MavlinkParameters(self.label, VehicleContact.of(self.shared, self.params))
+        return MavlinkParameters(self.label, self.contact)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.messages import Log
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.params import EXAMPLE, TRIAL, VehicleParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import VehicleParams
 
 PERIOD_S = 0.1
 
@@ -34,12 +33,10 @@ class MavlinkLog(DataChannelSendable[Log]):
                 yield Log(level=one.level, message=one.text, name="vehicle", timestamp=one.stamp_us)
 
 
-class MavlinkLogConfigurer(DataChannelConfigurer[VehicleParams]):
+class MavlinkLogConfigurer(VehicleConfigurer[VehicleParams]):
     """What an ArduPilot or PX4 vehicle says in words."""
 
     connector_type = "mavlink-log"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkLog:
-        return MavlinkLog(self.label, VehicleContact.of(self.shared, self.params))
+        return MavlinkLog(self.label, self.contact)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.messages import Odometry
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.params import EXAMPLE, TRIAL, TelemetryParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import TelemetryParams
 from mosaic_mavlink.telemetry.conversions import global_odometry, local_odometry
 from mosaic_mavlink.telemetry.telemetry import Telemetry
 
@@ -49,12 +49,10 @@ class MavlinkOdometry(Telemetry[Odometry]):
         return self._first
 
 
-class MavlinkOdometryConfigurer(DataChannelConfigurer[OdometryParams]):
+class MavlinkOdometryConfigurer(VehicleConfigurer[OdometryParams]):
     """Position, attitude and velocity of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-odometry"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkOdometry:
-        return MavlinkOdometry(self.label, VehicleContact.of(self.shared, self.params), self.params)
+        return MavlinkOdometry(self.label, self.contact, self.params)

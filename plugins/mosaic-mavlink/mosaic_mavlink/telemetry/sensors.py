@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
-
 from pydantic import Field
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import unit
 from mosaic_core.messages import BatteryState, GpsFix, Imu, Range
 from mosaic_mavlink.link.contact import VehicleContact
-from mosaic_mavlink.params import EXAMPLE, TRIAL, TelemetryParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import TelemetryParams
 from mosaic_mavlink.telemetry.conversions import (
     battery_of,
     battery_of_system,
@@ -101,45 +99,37 @@ class MavlinkBattery(Telemetry[BatteryState]):
         return None if heard is None else battery_of_system(heard.message, heard.stamp_us)
 
 
-class MavlinkImuConfigurer(DataChannelConfigurer[TelemetryParams]):
+class MavlinkImuConfigurer(VehicleConfigurer[TelemetryParams]):
     """Rotation rates, accelerations and attitude of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-imu"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkImu:
-        return MavlinkImu(self.label, VehicleContact.of(self.shared, self.params), self.params.period_s)
+        return MavlinkImu(self.label, self.contact, self.params.period_s)
 
 
-class MavlinkGpsConfigurer(DataChannelConfigurer[SlowTelemetryParams]):
+class MavlinkGpsConfigurer(VehicleConfigurer[SlowTelemetryParams]):
     """The satellite fix of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-gps"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkGps:
-        return MavlinkGps(self.label, VehicleContact.of(self.shared, self.params), self.params.period_s)
+        return MavlinkGps(self.label, self.contact, self.params.period_s)
 
 
-class MavlinkRangeConfigurer(DataChannelConfigurer[RangeParams]):
+class MavlinkRangeConfigurer(VehicleConfigurer[RangeParams]):
     """A distance sensor of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-range"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkRange:
-        return MavlinkRange(self.label, VehicleContact.of(self.shared, self.params), self.params)
+        return MavlinkRange(self.label, self.contact, self.params)
 
 
-class MavlinkBatteryConfigurer(DataChannelConfigurer[BatteryParams]):
+class MavlinkBatteryConfigurer(VehicleConfigurer[BatteryParams]):
     """A battery of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-battery"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkBattery:
-        return MavlinkBattery(self.label, VehicleContact.of(self.shared, self.params), self.params)
+        return MavlinkBattery(self.label, self.contact, self.params)

@@ -6,13 +6,12 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import Message, unit
 from mosaic_core.messages import Diagnostic
 from mosaic_mavlink.link.codec import named
-from mosaic_mavlink.link.contact import VehicleContact
 from mosaic_mavlink.link.flight_modes import modes_of
-from mosaic_mavlink.params import EXAMPLE, TRIAL, VehicleParams
+from mosaic_mavlink.link.vehicle_configurer import VehicleConfigurer
+from mosaic_mavlink.params import VehicleParams
 from mosaic_mavlink.telemetry.telemetry import Telemetry
 
 PERIOD_S = 0.5
@@ -105,23 +104,19 @@ class MavlinkDiagnostic(Telemetry[Diagnostic]):
         return diagnostic_of(heard.message, facts.status, facts.mode, heard.stamp_us)
 
 
-class MavlinkStateConfigurer(DataChannelConfigurer[VehicleParams]):
+class MavlinkStateConfigurer(VehicleConfigurer[VehicleParams]):
     """Mode, arming and status of an ArduPilot or PX4 vehicle."""
 
     connector_type = "mavlink-state"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkState:
-        return MavlinkState(self.label, VehicleContact.of(self.shared, self.params), PERIOD_S)
+        return MavlinkState(self.label, self.contact, PERIOD_S)
 
 
-class MavlinkDiagnosticConfigurer(DataChannelConfigurer[VehicleParams]):
+class MavlinkDiagnosticConfigurer(VehicleConfigurer[VehicleParams]):
     """Which parts of an ArduPilot or PX4 vehicle are unwell."""
 
     connector_type = "mavlink-diagnostic"
-    example: ClassVar[dict[str, Any] | None] = EXAMPLE
-    trial: ClassVar[dict[str, Any] | None] = TRIAL
 
     def configure(self) -> MavlinkDiagnostic:
-        return MavlinkDiagnostic(self.label, VehicleContact.of(self.shared, self.params), PERIOD_S)
+        return MavlinkDiagnostic(self.label, self.contact, PERIOD_S)

@@ -11,9 +11,9 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from typing import Self
 
 from mosaic_core.contract.devices.keeper import RETRY, Keeper
+from mosaic_core.contract.devices.kept_device import KeptDevice
 from mosaic_core.words.errors import DeviceGone, Refused
 from mosaic_ros2.bus.bus import BusError, NotTaken, Publication
 from mosaic_ros2.bus.qos import QosProfile
@@ -26,7 +26,7 @@ OWED_S = 0.1
 """So often it is looked whether somebody hears what is owed."""
 
 
-class KeptPublication:
+class KeptPublication(KeptDevice):
     """Publishes on one topic. Enter it with the robot; entering never fails and never blocks."""
 
     def __init__(self, shared: SharedBus, topic: str, type_name: str, qos: QosProfile) -> None:
@@ -40,13 +40,6 @@ class KeptPublication:
         self._was_sent = False
         self._is_owing = False
         self.keeper = Keeper(f"ros2 {topic}", self._turn, retry=RETRY)
-
-    def __enter__(self) -> Self:
-        self.keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.keeper.stop()
 
     def end_with(self, farewell: Callable[[], bytes | None]) -> None:
         """What makes the robot safe: published last when it ends, and first after a loss, if any command was."""

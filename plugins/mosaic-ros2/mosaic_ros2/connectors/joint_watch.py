@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from typing import Self
 
 from mosaic_core.contract.devices.keeper import Keeper
+from mosaic_core.contract.devices.kept_device import KeptDevice
 from mosaic_core.words.errors import DeviceGone, MosaicError
 from mosaic_ros2.bus.qos import QosProfile
 from mosaic_ros2.bus.shared_bus import SharedBus
@@ -19,26 +19,19 @@ FRESH_S = 1.0
 WAKE_S = 0.2
 
 
-class JointWatch:
+class JointWatch(KeptDevice):
     """Knows where joints are. Enter it with the robot; a thread of its own reads."""
 
     def __init__(self, shared: SharedBus, topic: str) -> None:
         self._shared = shared
         self._topic = topic
         self._known: tuple[float, dict[str, float]] = (float("-inf"), {})
-        self._keeper = Keeper(f"ros2 {topic}", self._turn)
+        self.keeper = Keeper(f"ros2 {topic}", self._turn)
 
     def positions(self) -> dict[str, float]:
         """Every joint's position, in its own unit, by its name; empty where none came lately. Any thread."""
         at_s, positions = self._known
         return positions if time.monotonic() - at_s < FRESH_S else {}
-
-    def __enter__(self) -> Self:
-        self._keeper.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._keeper.stop()
 
     def _turn(self) -> float:
         try:
@@ -51,9 +44,9 @@ class JointWatch:
         """Best effort: joint states come often, and such a subscription hears every publisher."""
         decoder = Decoder(self._shared.book, TYPE)
         subscription = self._shared.joined().subscribe(self._topic, TYPE, QosProfile(is_reliable=False, depth=1))
-        self._keeper.worked()
+        self.keeper.worked()
         try:
-            while not self._keeper.is_stopping:
+            while not self.keeper.is_stopping:
                 for arrived in subscription.take(WAKE_S):
                     try:
                         found = positions_in(decoder.decode(arrived.data))

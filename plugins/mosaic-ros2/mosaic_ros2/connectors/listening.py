@@ -4,21 +4,18 @@ over what comes, and says why nothing does.
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Iterator
 
 from mosaic_core import DeviceGone
+from mosaic_core.contract.devices.refused_input import RefusedInput
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_ros2.bus.bus import Arrived, Bus, HeardEndpoint, Subscription
 from mosaic_ros2.bus.qos import PROFILES, QosProfile, fitting, misfits
 from mosaic_ros2.bus.shared_bus import SharedBus
 from mosaic_ros2.bus.silence import why_other_type, why_silent, why_unfit, why_unmatched
 from mosaic_ros2.connectors.params import ReadsTopicParams
 from mosaic_ros2.definitions.definition import DefinitionError
-
-_log = logging.getLogger(__name__)
 
 WAKE_S = 0.2
 """How long one waits before one looks whether the handler shall stop."""
@@ -49,7 +46,7 @@ class TopicListener:
         self.type_name = type_name
         self.topic = params.topic
         self._newest_only = newest_only
-        self._complaints = ComplaintPace()
+        self._refusals = RefusedInput(handler)
 
     def arrivals(self) -> Iterator[Arrived | None]:
         """What comes, for as long as the handler runs; ``None`` now and then while nothing does, so that whoever has
@@ -133,9 +130,7 @@ class TopicListener:
 
     def refuse(self, error: Exception) -> None:
         """A message that makes no sense: counted each time, logged once in a while."""
-        self._handler.count_loss("refused")
-        if self._complaints.is_due("refused", self._handler.monotonic_s()):
-            _log.warning("%s: refused a message of %s: %s", self._handler.label, self.topic, error)
+        self._refusals.add(f"a message of {self.topic}", error)
 
     def captured_at_s(self, arrived: Arrived) -> float:
         """When it was sent, on the robot's monotonic clock; now, where the publisher's clock makes no sense."""

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.errors import DeviceGone
-from mosaic_sensors.byte_source import FAKE, ByteSource, FakeSource, is_serial, live_source, opened
+from mosaic_sensors.byte_source import ByteSource, FakeSource, LiveSource, is_serial, opened
 from mosaic_sensors.laser_scan import LaserScanParams, LaserScanSender, Scan
 from mosaic_sensors.lidars import ld19, rplidar
 from mosaic_sensors.lidars.fake_room import ld19_pieces, rplidar_pieces
@@ -29,7 +29,7 @@ SPIN_UP_S = 0.5
 class LidarParams(LaserScanParams):
     """What all scanners on a serial line have in common."""
 
-    source: str = Field(
+    source: LiveSource = Field(
         default="/dev/ttyUSB0",
         description="/dev/tty… or COM3: a serial port; tcp://host:port: one that another computer passes on; "
         "`fake`: a scanner that is made up, to try it.",
@@ -42,11 +42,6 @@ class LidarParams(LaserScanParams):
     range_min_m: float = Field(default=0.05, ge=0, description="What is nearer is no return: the robot itself.")
     range_max_m: float = Field(default=12.0, gt=0, description="What is farther is no return.")
     silence_s: float = Field(default=5.0, gt=0, description="Open it again when no turn was completed for so long.")
-
-    @field_validator("source")
-    @classmethod
-    def _can_be_opened(cls, source: str) -> str:
-        return live_source(source)
 
     @model_validator(mode="after")
     def _range_is_one(self) -> LidarParams:
@@ -84,18 +79,13 @@ class LidarSender(LaserScanSender):
 
     def scans(self) -> Iterator[Scan]:
         try:
-            with self._opened() as source, self.turning(source):
+            with opened(self.params.source, self.params.baud, self._fake) as source, self.turning(source):
                 yield from self._turns(source)
         except OSError as error:
             raise DeviceGone(f"{self.params.source}: {error}") from error
 
-    @contextmanager
-    def _opened(self) -> Iterator[ByteSource]:
-        if self.params.source == FAKE:
-            yield FakeSource(self.fake_pieces(), self.pause)
-            return
-        with opened(self.params.source, self.params.baud) as source:
-            yield source
+    def _fake(self) -> FakeSource:
+        return FakeSource(self.fake_pieces(), self.pause)
 
     def _turns(self, source: ByteSource) -> Iterator[Scan]:
         params, parser, bad_packets = self.params, self.parser(), 0

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from mosaic_core.contract.params import Params
-from mosaic_sensors.byte_source import live_source
+from mosaic_sensors.byte_source import LiveSource
 
 
 class LineParams(Params):
     """What all devices on a serial line have in common."""
 
-    source: str = Field(
+    source: LiveSource = Field(
         default="/dev/ttyUSB0",
         description="/dev/tty… or COM3: a serial port; tcp://host:port: one that another computer passes on; "
         "`fake`: a device that is made up, to try it.",
@@ -22,8 +22,3 @@ class LineParams(Params):
     )
     max_line_bytes: int = Field(default=4096, ge=16, le=65_536, description="Longer lines are refused.")
     max_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="What comes faster is left out, and counted.")
-
-    @field_validator("source")
-    @classmethod
-    def _can_be_opened(cls, source: str) -> str:
-        return live_source(source)

@@ -14,7 +14,7 @@ from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSenda
 from mosaic_core.contract.made_message import check_names, with_message
 from mosaic_core.contract.params import Message
 from mosaic_core.words.data_type import Delivery
-from mosaic_core.words.wire_model import parsed_object, to_json
+from mosaic_core.words.wire_model import parsed_object, to_json, told_mistakes
 from mosaic_sensors.serial_lines.fake_device import FakeJsonDevice
 from mosaic_sensors.serial_lines.link import SILENCE_S, LineLink
 from mosaic_sensors.serial_lines.params import LineParams
@@ -44,7 +44,7 @@ class SerialJsonParams(LineParams):
         try:
             message_of("Safe", {key: self.commands[key] for key in self.safe}).model_validate(self.safe)
         except ValidationError as error:
-            raise ValueError(f"safe: {_told(error)}") from None
+            raise ValueError(f"safe: {told_mistakes(error)}") from None
         return self
 
     @property
@@ -58,11 +58,6 @@ class SerialJsonParams(LineParams):
     def moves(self) -> bool:
         """Whether a command moves something."""
         return any(field.kind is not None for field in self.commands.values())
-
-
-def _told(error: ValidationError) -> str:
-    """The first mistakes, by their fields."""
-    return "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors()[:3])
 
 
 class SerialJson(DataChannelSendable[Any]):
@@ -82,7 +77,7 @@ class SerialJson(DataChannelSendable[Any]):
                     message = parsed_object(line)
                     yield message if self._model is None else self._model.model_validate(message)
                 except ValidationError as error:
-                    self.reader.refuse(_told(error))
+                    self.reader.refuse(told_mistakes(error))
                 except ValueError as error:
                     self.reader.refuse(error)
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any, ClassVar
 
-from pydantic import Field, field_validator
+from pydantic import Field
 from pyubx2 import SET, UBXMessage, UBXReader  # type: ignore[import-untyped]
 from pyubx2.exceptions import UBXMessageError, UBXParseError, UBXTypeError  # type: ignore[import-untyped]
 
@@ -18,7 +17,7 @@ from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.messages import GpsFix, wall_time_us
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import DeviceGone, Refused
-from mosaic_sensors.byte_source import FAKE, ByteSource, FakeSource, is_serial, live_source, opened
+from mosaic_sensors.byte_source import ByteSource, FakeSource, LiveSource, baud_doubt, opened
 from mosaic_sensors.serial_lines.link import LineLink
 from mosaic_sensors.ubx.fake_receiver import FakeUbxReceiver
 from mosaic_sensors.ubx.frames import UbxFrames
@@ -36,7 +35,7 @@ does not know a way of asking says so, which is left unread."""
 
 
 class GpsUbxParams(Params):
-    source: str = Field(
+    source: LiveSource = Field(
         default="/dev/ttyACM0",
         description="/dev/tty… or COM3: a serial port; tcp://host:port: one that another computer passes on; "
         "`fake`: a receiver that is made up, to try it.",
@@ -45,11 +44,6 @@ class GpsUbxParams(Params):
     silence_s: float = Field(default=10.0, gt=0, description="Open it again when no solution came for so long.")
     ask: bool = Field(default=True, description="Ask the receiver for its solutions; false: it is set up already.")
     corrections: bool = Field(default=False, description="Take RTCM 3 from operators on the label with `_corrections`.")
-
-    @field_validator("source")
-    @classmethod
-    def _can_be_opened(cls, source: str) -> str:
-        return live_source(source)
 
 
 class GpsUbx(DataChannelSendable[GpsFix]):
@@ -65,7 +59,7 @@ class GpsUbx(DataChannelSendable[GpsFix]):
 
     def messages(self) -> Iterator[GpsFix]:
         try:
-            with self._opened() as source:
+            with opened(self.params.source, self.params.baud, self._fake) as source:
                 if self.params.ask:
                     source.write(b"".join(message.serialize() for message in _TELL))
                 with self._link.carried_by(source):
@@ -73,14 +67,9 @@ class GpsUbx(DataChannelSendable[GpsFix]):
         except OSError as error:
             raise DeviceGone(f"{self.params.source}: {error}") from error
 
-    @contextmanager
-    def _opened(self) -> Iterator[ByteSource]:
-        if self.params.source == FAKE:
-            receiver = FakeUbxReceiver()
-            yield FakeSource(receiver.pieces(), self.pause, receiver.hear)
-            return
-        with opened(self.params.source, self.params.baud) as source:
-            yield source
+    def _fake(self) -> FakeSource:
+        receiver = FakeUbxReceiver()
+        return FakeSource(receiver.pieces(), self.pause, receiver.hear)
 
     def _read_all(self, source: ByteSource) -> Iterator[GpsFix]:
         frames, bad_frames = UbxFrames(), 0
@@ -95,7 +84,8 @@ class GpsUbx(DataChannelSendable[GpsFix]):
             if positions:
                 heard_at_s = now_s
             elif now_s - heard_at_s > self.params.silence_s:
-                raise TimeoutError(f"no solution for {self.params.silence_s:g} s{self._hint}")
+                doubt = baud_doubt(self.params.source, self.params.baud)
+                raise TimeoutError(f"no solution for {self.params.silence_s:g} s{doubt}")
             yield from positions
 
     def _position(self, frame: bytes) -> GpsFix | None:
@@ -112,10 +102,6 @@ class GpsUbx(DataChannelSendable[GpsFix]):
             self.count_loss("refused", frames)
             if self._complaints.is_due("refused", now_s):
                 _log.warning("%s: refused a broken frame of %s", self.label, self.params.source)
-
-    @property
-    def _hint(self) -> str:
-        return f"; is {self.params.baud} the right baud rate?" if is_serial(self.params.source) else ""
 
 
 class RtcmCorrections(DataChannelReceivable[bytes]):
