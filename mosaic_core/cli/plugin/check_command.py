@@ -111,7 +111,7 @@ def _show(out: Console, shipment: Shipment, level: LadderLevel, found: list[Rule
 
     subjects = list(dict.fromkeys(one.subject for one in found))
     verdicts = {(one.rule.name, one.subject): one.verdict for one in found}
-    asked, rows = {one.rule for one in found}, []
+    asked, rows = {one.rule for one in found}, list[tuple[str | Text, ...]]()
     for rule in (one for one in RULES if one in asked):
         its = [verdicts.get((rule.name, subject), "") for subject in subjects]
         rows.append((rule.name, rule.level, *(Text(verdict, _STYLES.get(verdict, "")) for verdict in its)))
