@@ -116,7 +116,7 @@ def test_it_ends_at_its_longest_time(stage: Set, max_seconds: float, pictures: i
     assert recording.status().seconds <= max_seconds
 
 
-@pytest.mark.parametrize("max_bytes", [6_000, 12_000, 18_000])
+@pytest.mark.parametrize("max_bytes", [5_000, 9_000, 13_000])
 def test_it_ends_before_its_files_are_too_large(stage: Set, max_bytes: int) -> None:
     pictures = stage.studio.encoded(100)
     assert sum(len(picture.data) for picture in pictures) > max_bytes

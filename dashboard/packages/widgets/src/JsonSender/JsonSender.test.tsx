@@ -1,4 +1,4 @@
-import { Value, type CatalogueEntry, type Refusal, type SendBlock, type StoreState } from '@mosaic/client'
+import { Value, type CatalogueEntry, type PeerView, type Refusal, type SendBlock, type StoreState } from '@mosaic/client'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { afterEach, expect, test } from 'vitest'
@@ -37,6 +37,17 @@ function shown(entry = ENTRY): FakeStore {
   )
   return store
 }
+
+test('an observer is told that most robots take nothing of his', () => {
+  const connection = new FakeConnection()
+  connection.control.me.set({ peerId: 'me', name: 'Wanda', role: 'observer', isMe: true } as PeerView)
+  render(
+    <WithRobot connection={connection}>
+      <JsonSender robotId="r" entry={ENTRY} store={new FakeStore() as unknown as AnyStore} />
+    </WithRobot>,
+  )
+  expect(screen.getByRole('status').textContent).toContain('Your role is observer')
+})
 
 test('what is typed is sent', async () => {
   const store = shown()
