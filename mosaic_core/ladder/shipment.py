@@ -94,11 +94,11 @@ class Shipment:
 def found_shipments(words: Iterable[str]) -> list[Shipment]:
     """Those that ``words`` name, each a distribution, a folder or a connector type; without words the one of this
     folder, else every one that is installed. Raises :class:`MosaicError` (``plugin.not_found``)."""
-    named = list(words)
+    named, known = list(words), _installed()
     if not named:
         here = Path.cwd()
-        return [_of_folder(here)] if _declares_connectors(here) else [*_installed().values()]
-    known, found = _installed(), dict[str, Shipment]()
+        return [_of_folder(here, known)] if _declares_connectors(here) else [*known.values()]
+    found = dict[str, Shipment]()
     for word in named:
         one = _named(word, known)
         before = found.get(one.name)
@@ -109,7 +109,7 @@ def found_shipments(words: Iterable[str]) -> list[Shipment]:
 
 def _named(word: str, known: Mapping[str, Shipment]) -> Shipment:
     if Path(word).is_dir() and ("/" in word or word.startswith(".") or _normal(word) not in known):
-        return _of_folder(Path(word).resolve())
+        return _of_folder(Path(word).resolve(), known)
     if _normal(word) in known:
         return known[_normal(word)]
     for one in known.values():
@@ -127,18 +127,15 @@ def _installed() -> dict[str, Shipment]:
     found: dict[str, Shipment] = {}
     for one in distributions():
         points = tuple(point for point in one.entry_points if point.group == GROUP)
-        name = one.metadata["Name"]
-        if points and name and _normal(name) not in found:
-            found[_normal(name)] = _of_distribution(one, points)
+        if not points:
+            continue
+        told = one.metadata  # which is read anew each time that it is asked for, with the long description
+        name = told["Name"]
+        if name and _normal(name) not in found:
+            metadata = {key: tuple(map(str, told.get_all(key) or ())) for key in dict.fromkeys(told)}
+            wheel = one.read_text("WHEEL") or ""
+            found[_normal(name)] = Shipment(name, told["Version"] or "", points, metadata, _tree_of(one), wheel)
     return dict(sorted(found.items()))
-
-
-def _of_distribution(one: Distribution, points: tuple[EntryPoint, ...]) -> Shipment:
-    metadata: dict[str, tuple[str, ...]] = {}
-    for key in dict.fromkeys(one.metadata):
-        metadata[key] = tuple(map(str, one.metadata.get_all(key) or ()))
-    name, version = one.metadata["Name"], one.metadata["Version"] or ""
-    return Shipment(name, version, points, metadata, _tree_of(one), one.read_text("WHEEL") or "")
 
 
 def _tree_of(one: Distribution) -> Path | None:
@@ -152,11 +149,11 @@ def _tree_of(one: Distribution) -> Path | None:
     return folder if told.get("dir_info", {}).get("editable") and url.scheme == "file" and folder.is_dir() else None
 
 
-def _of_folder(folder: Path) -> Shipment:
+def _of_folder(folder: Path, known: Mapping[str, Shipment]) -> Shipment:
     """A source tree: as it is installed, or else made importable for this process."""
     project = _project_of(folder)
     name = str(project.get("name", folder.name))
-    installed = _installed().get(_normal(name))
+    installed = known.get(_normal(name))
     if installed is not None and installed.tree is not None and installed.tree.samefile(folder):
         return installed
     points, widgets = _entry_points(project, GROUP), _entry_points(project, widget_modules.GROUP)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -45,9 +46,10 @@ def write_distribution(
 
 def forget_modules_of(folder: Path) -> None:
     """Let the next test import its own modules of the same name."""
+    within = f"{folder}{os.sep}"  # as text: a process may have thousands of modules
     for name, module in list(sys.modules.items()):
         places = _places_of(module)
-        if places and all(Path(place).is_relative_to(folder) for place in places):
+        if places and all(f"{place}{os.sep}".startswith(within) for place in places):
             del sys.modules[name]
 
 
