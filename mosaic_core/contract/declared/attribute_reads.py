@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import sys
 from collections.abc import Collection
 
@@ -11,12 +12,16 @@ from collections.abc import Collection
 def package_reads(kind: type, names: Collection[str]) -> bool:
     """Whether a module of its package, as far as that is imported, reads an attribute of one of these names; true
     where the source of its own module can't be read."""
-    top = kind.__module__.partition(".")[0]
-    for module in [one for name, one in sys.modules.items() if name.partition(".")[0] == top]:
+    own, top = kind.__module__, kind.__module__.partition(".")[0]
+    mentioned = re.compile(rf"\b(?:{'|'.join(map(re.escape, names))})\b")
+    for name in sorted((name for name in sys.modules if name.partition(".")[0] == top), key=lambda name: name != own):
         try:
-            tree = ast.parse(inspect.getsource(module))
+            source = inspect.getsource(sys.modules[name])
+            if name != own and not (names and mentioned.search(source)):
+                continue  # to parse all of a big package would take seconds
+            tree = ast.parse(source)
         except (OSError, TypeError, SyntaxError):
-            if module.__name__ == kind.__module__:
+            if name == own:
                 return True
             continue
         reads = (one for one in ast.walk(tree) if isinstance(one, ast.Attribute) and isinstance(one.ctx, ast.Load))

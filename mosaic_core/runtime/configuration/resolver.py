@@ -139,11 +139,13 @@ def _installed_without(connector_type: str) -> str:
     """The cure where a distribution seems to have the type and does not say so as it must; empty otherwise."""
     write = f'[project.entry-points."{GROUP}"] in its pyproject.toml, and install it again'
     for one in distributions():
-        name, version = _identity(one)
         wrong = {point.group for point in one.entry_points if point.name == connector_type and point.group != GROUP}
         group = slip_of(GROUP, wrong)
         if group is not None:
+            name, version = _identity(one)
             return f"{name} {version} names it in the group '{group}', which nobody reads: write {write}"
+    for one in distributions(name=connector_type):
+        name, version = _identity(one)
         names_none = all(point.group != GROUP for point in one.entry_points)
         if names_none and (name or "").lower().replace("_", "-") == connector_type:
             return f"{name} {version} is installed and names no connector: write {write}"
