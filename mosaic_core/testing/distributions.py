@@ -47,14 +47,15 @@ def write_distribution(
 def forget_modules_of(folder: Path) -> None:
     """Let the next test import its own modules of the same name."""
     within = f"{folder}{os.sep}"  # as text: a process may have thousands of modules
+    inner = {folder.name, *(path.name for path in folder.rglob("*"))}
     for name, module in list(sys.modules.items()):
-        places = _places_of(module)
-        if places and all(f"{place}{os.sep}".startswith(within) for place in places):
+        file = getattr(module, "__file__", None)
+        if file.startswith(within) if file else name.rpartition(".")[2] in inner and _lies_within(module, within):
             del sys.modules[name]
 
 
-def _places_of(module: ModuleType) -> list[str]:
-    """Its file; of a package without an ``__init__.py``, which has none, its folders, which may lie in several
-    places."""
-    file = getattr(module, "__file__", None)
-    return [file] if file else [*map(str, getattr(module, "__path__", ()))]
+def _lies_within(module: ModuleType, folder: str) -> bool:
+    """Of a package without an ``__init__.py``, which has no file and may lie in several places: whether all do. To ask
+    for them looks them up, on all of ``sys.path``."""
+    places = [*map(str, getattr(module, "__path__", ()))]
+    return bool(places) and all(f"{place}{os.sep}".startswith(folder) for place in places)
