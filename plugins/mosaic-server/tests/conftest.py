@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -95,6 +95,7 @@ class Running:
     server: Server
     http: httpx.Client
     _stack: ExitStack = field(default_factory=ExitStack)
+    _database: Database | None = None
 
     @property
     def ws_url(self) -> str:
@@ -104,11 +105,13 @@ class Running:
         return Database(self.settings.data_dir, self.settings.database_url)
 
     def work(self, task: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        database = self.database()
-        try:
-            return database.work(task, *args, **kwargs)
-        finally:
-            database.close()
+        """Straight in its database; while the server runs by one and the same, which remembers what it compiled."""
+        if self.server.should_exit:
+            with closing(self.database()) as database:
+                return database.work(task, *args, **kwargs)
+        if self._database is None:
+            self._database = self._stack.enter_context(closing(self.database()))
+        return self._database.work(task, *args, **kwargs)
 
     def account(self, email: str = "ada@example.org") -> Person:
         return self.work(add_account, email, PASSWORD, "Ada")
