@@ -317,7 +317,7 @@ def test_what_a_child_writes_is_told_line_by_line(tmp_path: Path) -> None:
 def test_an_import_that_never_ends_is_a_failure_of_the_plugin_by_name(
     tmp_path: Path, lamp: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("mosaic_sim.demo.robot_file.START_PATIENCE_S", 0.01)
+    monkeypatch.setattr("mosaic_sim.demo.plugin_process.START_PATIENCE_S", 0.01)
     failed = failure(tmp_path, lamp)
     assert (failed.message, failed.cure) == (
         "the import of acme-lamp 0.1.0 had not ended after 0.01 s",

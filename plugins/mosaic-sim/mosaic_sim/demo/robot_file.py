@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
-import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +14,11 @@ import yaml
 from mosaic_core.runtime.configuration.config_env import masked, unmasked
 from mosaic_core.testing.distributions import write_distribution
 from mosaic_core.words.codes import reason
-from mosaic_sim.demo.child import mosaic_command
 from mosaic_sim.demo.demo_robot import YARD, DemoRobot
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.own_plugin import Entry, OwnEntry, OwnPlugin
-from mosaic_sim.demo.server import START_PATIENCE_S, Seed, robot_environment
+from mosaic_sim.demo.plugin_process import plugin_process
+from mosaic_sim.demo.server import Seed, robot_environment
 
 _NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
 
@@ -84,14 +81,23 @@ def robot_file(
         return RobotFile(path, simulated=simulated)
     python_path = _python_path(folder / "plugins", plugins)
     entries, own, notes = _entries(plugins, [one.label for one in simulated])
-    entries, told = _with_trials(entries, _trials(plugins, python_path), on_trial=on_trial)
+    environment = {**robot_environment("http://127.0.0.1", _NOBODY), "PYTHONPATH": python_path}
+    with plugin_process(plugins, environment) as process:
+        entries, told = _with_trials(entries, process.trials(), on_trial=on_trial)
+        path.write_text(_with_entries(text, entries), "utf-8")
+        made = RobotFile(path, python_path, own, (*notes, *told), simulated)
+        problems = process.problems(path)
+    if problems:
+        cures = dict.fromkeys(filter(None, (_cure(one, plugins) for one in problems)))
+        raise DemoFailed("\n".join(_told(one, made, plugins) for one in problems), "; ".join(cures))
+    return made
+
+
+def _with_entries(text: str, entries: Sequence[Entry]) -> str:
+    """Before the simulated ones, so that the page shows them where one looks first."""
     added = unmasked(yaml.safe_dump(entries, sort_keys=False, allow_unicode=True, default_flow_style=False, width=1000))
     lines = "".join(f"  {line}\n" for line in added.splitlines())
-    # Before the simulated ones, so that the page shows them where one looks first.
-    path.write_text(text.replace(_HEAD, f"{_HEAD}  # What --with has brought.\n{lines}\n", 1), "utf-8")
-    made = RobotFile(path, python_path, own, (*notes, *told), simulated)
-    _check(made, plugins)
-    return made
+    return text.replace(_HEAD, f"{_HEAD}  # What --with has brought.\n{lines}\n", 1)
 
 
 def _entries(
@@ -110,26 +116,6 @@ def _entries(
         own.append(OwnConnector(label, entry["type"], plugin.source))
         entries.append({**entry, "label": label})
     return entries, tuple(own), tuple(notes)
-
-
-def _trials(plugins: Sequence[OwnPlugin], python_path: str) -> Mapping[str, Any]:
-    """By type, in a process of its own, as it imports the plugins; an import that takes long is told on stderr."""
-    command = [sys.executable, "-m", "mosaic_sim.demo.trial_program", *(one for its in plugins for one in its.types)]
-    environment = {**os.environ, "PYTHONPATH": python_path}
-    try:
-        done = subprocess.run(
-            command, env=environment, stdout=subprocess.PIPE, text=True, check=False, timeout=START_PATIENCE_S
-        )
-    except subprocess.TimeoutExpired:
-        names = ", ".join(one.source for one in plugins)
-        message = f"the import of {names} had not ended after {START_PATIENCE_S:g} s"
-        raise DemoFailed(
-            message, "open devices in the bodies of handlers: what a module does at its top ends"
-        ) from None
-    try:
-        return dict(json.loads(done.stdout.splitlines()[-1]))
-    except (IndexError, ValueError, TypeError):
-        return {}  # the check that follows says why
 
 
 def _with_trials(
@@ -164,26 +150,6 @@ def _python_path(folder: Path, plugins: Sequence[OwnPlugin]) -> str:
         )
     roots = [str(folder), *(str(one.import_from) for one in plugins if one.import_from)]
     return os.pathsep.join([*dict.fromkeys(roots), *filter(None, [os.environ.get("PYTHONPATH")])])
-
-
-def _check(made: RobotFile, plugins: Sequence[OwnPlugin]) -> None:
-    """In a process of its own, as it imports the plugins."""
-    done = subprocess.run(
-        mosaic_command("validate", str(made.path), "--json"),
-        env={**os.environ, **robot_environment("http://127.0.0.1", _NOBODY), **made.environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=START_PATIENCE_S,
-    )
-    try:
-        problems = json.loads(done.stdout.splitlines()[-1])["problems"]
-    except (IndexError, ValueError, KeyError, TypeError):
-        names = ", ".join(one.source for one in plugins)
-        raise DemoFailed(f"{names} can't be checked", details=(done.stderr or done.stdout).strip()[-2000:]) from None
-    if problems:
-        cures = dict.fromkeys(filter(None, (_cure(one, plugins) for one in problems)))
-        raise DemoFailed("\n".join(_told(one, made, plugins) for one in problems), "; ".join(cures))
 
 
 def _told(problem: Mapping[str, Any], made: RobotFile, plugins: Sequence[OwnPlugin]) -> str:

@@ -1,7 +1,9 @@
-"""``python -m mosaic_sim.demo.trial_program TYPE …``: the params with which connectors run on any machine.
+"""``python -m mosaic_sim.demo.trial_program TYPE …``: the params with which connectors run on any machine, and the
+check of a file that names them.
 
-Imports their plugins, which is why it is a process of its own. Prints one JSON object: by type, for those that have a
-``trial`` and can be imported. What can't be is told by the check of the robot's file.
+Imports their plugins, which is why it is a process of its own. Prints a line with one JSON object behind
+:data:`TRIALS`: by type, for those that have a ``trial`` and can be imported. What can't be is told by the check: of the
+file whose path comes on a line of standard input it prints last what ``mosaic validate --json`` does.
 """
 
 from __future__ import annotations
@@ -9,11 +11,17 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
+
+import typer
 
 from mosaic_core import MosaicError
 from mosaic_core.cli.terminal.threads_left import ended_without_threads
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+
+TRIALS = "trials of plugins: "
 
 
 def trials_of(types: Iterable[str]) -> dict[str, Any]:
@@ -29,6 +37,14 @@ def trials_of(types: Iterable[str]) -> dict[str, Any]:
     return found
 
 
+def main() -> None:
+    from mosaic_core.cli.configuration.validate_command import validate  # whoever starts this reads its words alone
+
+    print(f"\n{TRIALS}{json.dumps(trials_of(sys.argv[1:]), default=str)}", flush=True)  # a plugin may have printed, too
+    if path := sys.stdin.readline().rstrip("\n"):
+        validate(Path(path), as_json_text=True)
+
+
 if __name__ == "__main__":
-    with ended_without_threads():
-        print(json.dumps(trials_of(sys.argv[1:]), default=str))
+    with ended_without_threads(), suppress(typer.Exit):
+        main()
