@@ -7,10 +7,14 @@ export interface Failure {
   cure: string
 }
 
+/** Whoever guessed too often is told by the server how long to wait. */
+const TOO_MANY_REQUESTS = 429
+
 /** The same where a person typed them: what robots sign in with is none of their concern. */
 export function signInFailureOf(error: unknown): Failure {
   const failure = failureOf(error)
-  return failure.code === 'auth.failed' ? { ...failure, cure: 'Check the email and the password.' } : failure
+  const isWrong = failure.code === 'auth.failed' && !(error instanceof MosaicError && error.httpStatus === TOO_MANY_REQUESTS)
+  return isWrong ? { ...failure, cure: 'Check the email and the password.' } : failure
 }
 
 /** The failure that an error is, in words for people. */

@@ -117,6 +117,16 @@ test('nobody is there: a sign-in, which says why it failed, and then the page', 
   expect(screen.getByText('inside')).toBeDefined()
 })
 
+test('whoever guessed too often is told what the server says to do, not to check the password', async () => {
+  const cure = 'Wait that long; whoever forgot the password asks an administrator of the server for a new one.'
+  const tooMany = new MosaicError('auth.failed', 'too many failed attempts; try again in 293 s', cure, 429)
+  page({ session: new Value(null), login: () => Promise.reject(tooMany), restore: () => Promise.resolve() })
+  const user = userEvent.setup()
+  await user.type(screen.getByLabelText(/Email/), 'me@example.org')
+  await user.type(screen.getByLabelText(/Password/, { selector: 'input' }), 'secret{Enter}')
+  expect((await screen.findByRole('alert')).textContent).toBe(`too many failed attempts; try again in 293 s${cure}`)
+})
+
 test('why a session ended is said where a person signs in again', () => {
   const session = new Value<object | null>({ token: 't', user: {} })
   const sessionError = new Value<MosaicError | null>(null)
