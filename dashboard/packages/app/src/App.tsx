@@ -12,12 +12,16 @@ import { SignInPage } from './session/SignInPage'
 import { useFirstSignIn } from './session/useFirstSignIn'
 import { rememberedRobot } from './share/rememberedRobot'
 import { SHARE_PATH } from './share/sharePath'
+import { useAhead } from './shell/useAhead'
 
-const CheckPage = lazy(() => import('./check/CheckPage'))
+const loadCheckPage = () => import('./check/CheckPage')
+const CheckPage = lazy(loadCheckPage)
 const SharePage = lazy(() => import('./share/SharePage'))
 // With every widget: whoever only signs in doesn't wait for it, whoever looks at a list with robots has it when he chooses one.
 const loadRobotPage = () => import('./robot/RobotPage')
 const RobotPage = lazy(() => loadRobotPage().then((page) => ({ default: page.RobotPage })))
+/** What works without the server and is asked for when it has gone: only if it was fetched before. */
+const AHEAD = [loadCheckPage, () => import('./connection/ConnectionDetails'), () => import('./journal/JournalDrawer')]
 
 export interface AppProps {
   /** The code that the page was opened with. */
@@ -52,6 +56,11 @@ export function App({ code }: AppProps) {
   }
   if (session === null && client.remembersSession) return <ServerAwayPage failure={shown} />
   if (session === null) return <SignInPage firstFailure={shown} />
+  return <SignedIn />
+}
+
+function SignedIn() {
+  useAhead(AHEAD)
   return (
     <PageBoundary>
       <Suspense>

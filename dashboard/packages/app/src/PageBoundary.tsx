@@ -1,11 +1,11 @@
 import { Button, Center, Stack } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
-import { Component, type ReactNode } from 'react'
+import { Component, useEffect, useRef, type ReactNode } from 'react'
 import { FailureAlert } from '@mosaic/widgets'
 
 const MESSAGE = 'This page could not be shown'
 const CURES = {
-  away: 'The server is away: reload the page when it is back.',
+  away: 'The server is away. This page reloads by itself when it is back.',
   here: 'The server may be newer than the page that is open here: reload it.',
 }
 
@@ -25,6 +25,7 @@ export class PageBoundary extends Component<{ children: ReactNode }, { hasFailed
 
 function NotShown() {
   const isServerHere = useReadable(useMosaicClient().server) === 'online'
+  useReloadOnReturn(isServerHere)
   return (
     <Center h="100dvh" p="md">
       <Stack maw={480}>
@@ -33,4 +34,13 @@ function NotShown() {
       </Stack>
     </Center>
   )
+}
+
+/** A browser may keep that it got nothing: only a new page asks for everything again. */
+function useReloadOnReturn(isServerHere: boolean): void {
+  const wasAway = useRef(false)
+  useEffect(() => {
+    if (isServerHere && wasAway.current) location.reload()
+    wasAway.current = !isServerHere
+  }, [isServerHere])
 }
