@@ -3,11 +3,7 @@
 /** A third: a notice may lie over a picture, but who drives must see where to. */
 const ENOUGH = 1 / 3
 /** Where a picture is looked at, along each side. */
-const PROBES = [1 / 12, 3 / 12, 5 / 12, 7 / 12, 9 / 12, 11 / 12]
-/** On anything smaller nobody sees where to. */
-const SMALLEST = { widthPx: 80, heightPx: 45 }
-/** What lies over a picture in its own card. */
-const TOOLS = 'button, input, select'
+const PROBES = [1 / 6, 3 / 6, 5 / 6]
 /** What covers a picture (a dialog, a sheet) tells nobody: it is looked for this often. */
 const LOOK_EVERY_MS = 250
 
@@ -52,10 +48,10 @@ function leadingPicture(robotId: string, screen: Screen): Element | undefined {
   return shown.find((element) => isFull(element, screen)) ?? shown.sort(inDocumentOrder)[0]
 }
 
-/** How much of the picture in the element is on the screen with nothing lying over it; none of one too small to drive by. */
+/** How much of the element is on the screen with nothing lying over it. */
 export function shareInSight(element: Element, screen: Screen): number {
-  const { left, top, width, height } = pictureRect((isFull(element, screen) ? screen.full : null) ?? element)
-  if (width < SMALLEST.widthPx || height < SMALLEST.heightPx) return 0
+  const { left, top, width, height } = ((isFull(element, screen) ? screen.full : null) ?? element).getBoundingClientRect()
+  if (width === 0 || height === 0) return 0
   const points = PROBES.flatMap((down) => PROBES.map((across) => ({ x: left + across * width, y: top + down * height })))
   return points.filter((point) => isSeen(element, point, screen)).length / points.length
 }
@@ -83,8 +79,7 @@ function isFull(element: Element, { full }: Screen): boolean {
 
 function isSeen(element: Element, { x, y }: { x: number; y: number }, screen: Screen): boolean {
   if (x < screen.left || x >= screen.right || y < screen.top || y >= screen.bottom) return false
-  const uppermost = screen.uppermost(x, y)
-  return element.contains(uppermost) && uppermost?.closest(TOOLS) == null
+  return element.contains(screen.uppermost(x, y))
 }
 
 function screenOf(page: Window): Screen {
